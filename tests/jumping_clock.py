@@ -1,68 +1,55 @@
-"""An event loop whose clock jumps to the next timer instead of waiting for it."""
+"""A virtual loop for tests: as fast as possible, without threads, and with detection of deadlocks."""
 
 import asyncio
+import math
 import selectors
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Executor
 from typing import Any, TypeVar, TypeVarTuple
 
-from hornbill.units import Instant
+from hornbill.virtual_time import START, VirtualLoop, VirtualSelector
+
+__all__ = ["START", "Deadlock", "JumpingLoop", "run"]
 
 _T = TypeVar("_T")
 _Ts = TypeVarTuple("_Ts")
-
-START: Instant = 1000.0
-"""Time of a new JumpingLoop, s. Not zero, so that a clock that was not passed in is noticed."""
 
 
 class Deadlock(RuntimeError):
     """All tasks wait for events that can no longer occur."""
 
 
-class _JumpingSelector(selectors.DefaultSelector):
-    """Polls file descriptors, and advances the clock instead of sleeping."""
+class _JumpingSelector(VirtualSelector):
+    """Raises Deadlock instead of waiting forever."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.now: Instant = START
+        super().__init__(math.inf)
         self.stuck_after_s = 1.0
         self.waiting: Callable[[], str] = str
 
-    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        ready = super().select(0)
-        if ready:
-            return ready
-        if timeout is None:
-            # Only a file descriptor or another thread can wake the loop now; neither uses this clock.
-            ready = super().select(self.stuck_after_s)
-            if not ready:
-                raise Deadlock(
-                    f"nothing is ready, no timer is set, no file descriptor was ready for {self.stuck_after_s} s: "
-                    f"{self.waiting()} would wait forever"
-                )
-        elif timeout > 0:
-            # The timeout is `when - now`. Within a factor of two that difference is exact in
-            # binary floating point, so the sum is exactly `when`.
-            self.now += timeout
+    def idle(self) -> list[tuple[selectors.SelectorKey, int]]:
+        """Only a file descriptor or another thread can wake the loop now; neither uses this clock."""
+        ready = selectors.DefaultSelector.select(self, self.stuck_after_s)
+        if not ready:
+            raise Deadlock(
+                f"nothing is ready, no timer is set, no file descriptor was ready for {self.stuck_after_s} s: "
+                f"{self.waiting()} would wait forever"
+            )
         return ready
 
 
-class JumpingLoop(asyncio.SelectorEventLoop):
+class JumpingLoop(VirtualLoop):
     """An event loop for tests and protocol benchmarks: an hour on the bus takes the processing time of its events.
 
-    `time()` starts at 1000.0 s and advances only when nothing is ready, to the next timer. File descriptors are
-    polled, never waited for while a timer is set. `run_in_executor` runs its function immediately, in this thread,
-    so that the order of results is always the same; another thread (such as anyio's) takes an unknown virtual time,
-    because timers do not wait for it. When no task or timer is pending, and no file descriptor or thread has become
-    ready for `stuck_after_s` real seconds, the loop raises Deadlock with the names of the waiting tasks.
+    `run_in_executor` runs its function immediately, in this thread, so that the order of results is always the same;
+    another thread (such as anyio's) takes an unknown virtual time, because timers do not wait for it. When no task or
+    timer is pending, and no file descriptor or thread has become ready for `stuck_after_s` real seconds, the loop
+    raises Deadlock with the names of the waiting tasks.
     """
-
-    jumps = True
-    """The embedded bus delivers at exact times."""
 
     def __init__(self) -> None:
         self._jumping = _JumpingSelector()
-        super().__init__(self._jumping)
+        super().__init__(selector=self._jumping)
         self._jumping.waiting = self._who_waits
 
     @property
@@ -73,14 +60,6 @@ class JumpingLoop(asyncio.SelectorEventLoop):
     @stuck_after_s.setter
     def stuck_after_s(self, seconds: float) -> None:
         self._jumping.stuck_after_s = seconds
-
-    def time(self) -> Instant:
-        """Virtual time, s."""
-        return self._jumping.now
-
-    def stall(self, seconds: float) -> None:
-        """Advance the clock as if this iteration of the loop had taken this time: timers due meanwhile fire late."""
-        self._jumping.now += seconds
 
     def run_in_executor(
         self, executor: Executor | None, func: Callable[[*_Ts], _T], *args: *_Ts

@@ -284,7 +284,7 @@ def play(
         app = _api(CATALOG)
         app.state.host, app.state.adapters = host, Adapters(detectors={})
         transport = httpx.ASGITransport(app, raise_app_exceptions=True)
-        bench = app.state.bench = Bench(bus.port, CATALOG, seed)
+        bench = app.state.bench = Bench(bus.port, CATALOG, seed, bus)
         for recipe in recipes or (PLAIN,):
             bench.add(recipe)
         async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1/api/v1", timeout=None) as client:

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from behaviour.rig import PLAIN, Rig, json, problem
+from behaviour.rig import PLAIN, Rig, json, play, problem
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.bench.recipe import Recipe
@@ -199,3 +199,89 @@ async def test_the_truth_shows_what_no_reading_does(rig: Rig, servo: Servo) -> N
     assert falls["moved_s"] == pytest.approx(2.0, abs=0.1)
     assert falls["supply_v"] == pytest.approx(await reading(rig, "current_voltage") - 0.5, abs=0.15)
     assert falls["temperature_c"] == pytest.approx(await reading(rig, "current_temperature") - 5, abs=1)
+
+
+@scene(PLAIN, Recipe("BLA15-12U-A0", "1.200", servo_id=2, node_id=12))
+async def test_chaos_is_started_listed_and_stopped(rig: Rig) -> None:
+    await rig.ready(2)
+    idle = {"running": False, "seed": None, "kinds": [], "interval_s": None, "active": 0, "injected": 0}
+    assert json(await rig.call("GET", "/sim/chaos")) == idle
+    asked = {"seed": 4, "kinds": ["mute", "load"], "interval_s": 2.0}
+    started = json(await rig.call("PUT", "/sim/chaos", asked))
+    assert started == {**idle, **asked, "running": True}
+    await asyncio.sleep(60)
+    found = json(await rig.call("GET", "/sim/chaos/injections"))
+    assert len(found) > 10
+    assert [one["number"] for one in found] == sorted((one["number"] for one in found), reverse=True)
+    assert {one["kind"] for one in found} == {"load", "mute"}
+    assert {one["uid"] for one in found} == {*rig.bench.servos}
+    assert json(await rig.call("GET", "/sim/chaos/injections?limit=3")) == found[:3]
+    now = rig.host.base.utc_now()
+    assert all(one["at"] <= now and (one["until"] > now) is one["active"] for one in found)
+    loads = {one["uid"]: one["values"]["load_pct"] for one in found if one["active"] and one["kind"] == "load"}
+    for uid, servo in rig.bench.servos.items():
+        assert servo.conditions.load_pct == loads.get(uid, 0.0)
+    stopped = json(await rig.call("DELETE", "/sim/chaos"))
+    assert stopped == {**idle, "injected": len(found)}
+    assert not any(one["active"] for one in json(await rig.call("GET", "/sim/chaos/injections")))
+    problem(await rig.call("PUT", "/sim/chaos", {"seed": 1, "kinds": ["bad luck"]}), "invalid_value", 422)
+    for uid in [*rig.bench.servos]:
+        await rig.bench.remove(uid)
+    refused = problem(await rig.call("PUT", "/sim/chaos", {"seed": 1}), "invalid_value", 422)
+    assert refused["cause"] == "nothing_to_inject"
+
+
+@scene()
+async def test_the_clock_is_virtual_and_its_speed_can_be_changed(rig: Rig) -> None:
+    first = json(await rig.call("GET", "/sim/clock"))
+    assert (first["virtual"], first["speed"]) == (True, "max")
+    await asyncio.sleep(60)
+    second = json(await rig.call("GET", "/sim/clock"))
+    assert second["now"] - first["now"] == pytest.approx(60, abs=0.01)
+    assert second["elapsed_s"] - first["elapsed_s"] == pytest.approx(60, abs=0.01)
+    assert second["actual_speed"] > 1
+    assert json(await rig.call("PUT", "/sim/clock", {"speed": 500}))["speed"] == 500
+    assert json(await rig.call("PUT", "/sim/clock", {"speed": "max"}))["speed"] == "max"
+    for wrong in (0, -1, 1001, "fast", None):
+        problem(await rig.call("PUT", "/sim/clock", {"speed": wrong}), "invalid_value", 422)
+
+
+def test_the_speed_of_real_time_cannot_be_changed() -> None:
+    async def real(rig: Rig) -> None:
+        shown = json(await rig.call("GET", "/sim/clock"))
+        assert (shown["virtual"], shown["speed"], shown["actual_speed"]) == (False, 1.0, 1.0)
+        refused = problem(await rig.call("PUT", "/sim/clock", {"speed": 10}), "conflict", 409)
+        assert refused["cause"] == "real_time"
+
+    play(real, connect=False, behind=True)
+
+
+REVERSED = Recipe(
+    "BLA21-12U-A0", "1.300", servo_id=1, node_id=11,
+    rom={"reverse": 1, "origin": 150, "extended_angle": 1, "soft_start": 0, "angle_limit_cw": 9000},
+)  # fmt: skip
+
+
+@scene(REVERSED)
+async def test_the_truth_is_in_the_terms_of_the_host(rig: Rig, servo: Servo, lease: str) -> None:
+    """With reverse, origin and turns, whatever the host may have read before."""
+    path = f"/servos/{servo.uid}"
+    json(await rig.call("POST", f"{path}/torque", {"mode": "on"}, lease=lease))
+    wanted = {"type": "angle", "value": 540.0, "wait": "settled", "confirm": ["turns"]}
+    json(await rig.call("POST", f"{path}/command", wanted, lease=lease))
+    values = {"values": {"smoothing": False, "overcurrent_limit": 5}}
+    json(await rig.call("PATCH", f"{path}/parameters", values, lease=lease))
+    truth = json(await rig.call("GET", f"/sim{path}/truth"))
+    rows = json(await rig.call("GET", f"{path}/parameters?refresh=true"))["parameters"]
+    assert truth["angle_deg"] == pytest.approx(540.0, abs=0.5)
+    assert truth["horn_deg"] < -500, "mounted in reverse"
+    assert truth["output"] == "on"
+    assert truth["faults"] == []
+    read = {key: row["value"] for key, row in rows.items()}
+    assert truth["ram"] == {key: read[key] for key in truth["ram"]}
+    assert truth["ram"]["torque_mode"] == "on"
+    assert truth["rom"].keys() == {key for key, one in servo.registers.items() if one.parameter.rom}
+    assert {key for key, value in truth["rom"].items() if truth["ram"][key] != value} == {
+        "smoothing", "overcurrent_limit",
+    }  # fmt: skip
+    assert truth["rom_sound"]

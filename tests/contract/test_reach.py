@@ -139,7 +139,8 @@ NO_COMMAND: dict[str, str] = {
     "sessions of a browser; the command line sends its token": "get_session log_in log_out create_ticket",
     "simulated servos, for tests: Hornbill.request": """
         add_sim_servo get_sim_servo list_sim_servos change_sim_servo remove_sim_servo
-        add_sim_autopilot get_sim_autopilot change_sim_autopilot remove_sim_autopilot""",
+        add_sim_autopilot get_sim_autopilot change_sim_autopilot remove_sim_autopilot
+        get_sim_clock set_sim_clock get_sim_chaos start_sim_chaos stop_sim_chaos list_sim_injections""",
     "hornbill tokens uses the data folder: no secret crosses a network": "create_token list_tokens revoke_token",
     "hornbill apply changes many servos from a file": "change_matrix",
     "hornbill samples writes CSV": "export_telemetry_parquet",
@@ -298,7 +299,8 @@ NO_METHOD: dict[str, str] = {
     "sessions of a browser": "get_session log_in log_out create_ticket",
     "simulated servos, for tests: Hornbill.request": """
         add_sim_servo get_sim_servo list_sim_servos change_sim_servo remove_sim_servo
-        add_sim_autopilot get_sim_autopilot change_sim_autopilot remove_sim_autopilot""",
+        add_sim_autopilot get_sim_autopilot change_sim_autopilot remove_sim_autopilot
+        get_sim_clock set_sim_clock get_sim_chaos start_sim_chaos stop_sim_chaos list_sim_injections""",
     "a file, by download or Hornbill.request": "export_profile export_telemetry_parquet import_profile",
     "hornbill tokens, with the data folder": "create_token list_tokens revoke_token",
     "a program knows the streams it started": "list_streams",

@@ -1,5 +1,6 @@
 """Conversion of servo-layer objects into domain models."""
 
+import asyncio
 import math
 from typing import Any, Final, Literal
 
@@ -31,6 +32,7 @@ from hornbill.servo.runs.restore_output import Prospect
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.leases import HeldLease
 from hornbill.units import Uid
+from hornbill.virtual_time import speed_of
 from hornbill.wire.messages import CommandType
 from hornbill.wire.port import NO_PORT, CanPort, NoPort, PortState
 
@@ -171,7 +173,8 @@ def job(one: RunningJob) -> Job:
 
 def lease(host: Host, one: HeldLease) -> Lease:
     """Lease with its secret ID, for the holder."""
-    return Lease(id=one.id, **lease_view(host, one).model_dump())
+    every_s = one.ttl_s / 3 / speed_of(asyncio.get_running_loop())
+    return Lease(id=one.id, heartbeat_s=every_s, **lease_view(host, one).model_dump())
 
 
 def lease_view(host: Host, one: HeldLease) -> LeaseView:

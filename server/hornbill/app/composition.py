@@ -35,6 +35,7 @@ from hornbill.sim.bench.bench import Bench, demo_fleet
 from hornbill.store.store import Store
 from hornbill.view.proxy import routes
 from hornbill.view.viewer import Viewer
+from hornbill.virtual_time import VirtualLoop, utc_of
 from hornbill.wire.port import split_frame_gap
 
 LOGS_FOLDER = "logs"
@@ -71,7 +72,8 @@ def build(
             folder = settings.data_dir
             if demo:
                 folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hornbill-demo-")))
-            store = stack.enter_context(Store(folder if demo else settings.database or folder))
+            utc = utc_of(asyncio.get_running_loop())
+            store = stack.enter_context(Store(folder if demo else settings.database or folder, wall=utc))
             store.begin()
             access.open(store)
             stack.push_async_callback(access.close)
@@ -83,7 +85,7 @@ def build(
             at_once = demo or settings.sim_api
             bench = None
             if at_once or embedded is not None:
-                bench = Bench(await places(embedded, settings.bus, bauds, stack), catalog, settings.seed)
+                bench = Bench(await places(embedded, settings.bus, bauds, stack), catalog, settings.seed, embedded)
                 shown = demo or not settings.sim_api
                 for recipe in demo_fleet(catalog, settings.servos, settings.seed) if shown else ():
                     static = recipe.node_id if settings.autopilot is None or not recipe.node_id else recipe.node_id + 10
@@ -93,11 +95,13 @@ def build(
             chosen = None if embedded is None else bench
             ports = BusPorts(
                 embedded, folder / LOGS_FOLDER, folder / RECORDINGS_FOLDER, bauds,
-                allow=partial(may_open, exposed, None if settings.bus is None else split_frame_gap(settings.bus)[0]),
+                allow=partial(may_open, exposed, None if settings.bus is None else split_frame_gap(settings.bus)[0],
+                              virtual=isinstance(asyncio.get_running_loop(), VirtualLoop)),
                 before_embedded=partial(_switch_on, app, chosen),
             )  # fmt: skip
             host = Host(
-                catalog, store, ports.open, _host_settings(settings, store), before_join=partial(_one_bus, chosen)
+                catalog, store, ports.open, _host_settings(settings, store), before_join=partial(_one_bus, chosen),
+                wall=utc,
             )  # fmt: skip
             app.state.bus_log = bus_log = bus_log_of(host, folder / LOGS_FOLDER)
             stack.push_async_callback(bus_log.stop)  # after the host, so that the log contains its last frames
@@ -119,6 +123,8 @@ def build(
                 await bench.start()
                 if demo and settings.autopilot is not None:
                     await _add_autopilot(bench, settings.autopilot)
+                if demo and settings.chaos is not None:
+                    bench.chaos.start(settings.chaos)
             drawing = asyncio.create_task(poses.run())
             stack.callback(drawing.cancel)
             stack.callback(viewer.close)

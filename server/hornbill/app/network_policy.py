@@ -90,17 +90,22 @@ def decide(settings: Settings, *, demo: bool, environment: Mapping[str, str] | N
     return NetworkPolicy(_named(hosts, settings.host), wide, required=True, first_token=first)
 
 
-def may_open(exposed: NetworkPolicy, given: str | None, address: str) -> None:
+def may_open(exposed: NetworkPolicy, given: str | None, address: str, *, virtual: bool = False) -> None:
     """Check whether `address` may be connected over REST; `given` is the address of the command line.
 
     With access control, only adapters of this machine can be connected over REST: recordings in the data folder, paths
     of serial ports only (opening writes to them), no URLs (those of pyserial reach other machines, and spy:// writes to
-    any file), and no network interfaces. A reachable server without access control connects no adapters at all. Raises
-    PortOpenFailed.
+    any file), and no network interfaces. Neither a reachable server without access control nor one
+    in `virtual` time connects any adapter. Raises PortOpenFailed.
     """
     if address in (given, EMBEDDED):
         return
     recording = address.startswith(REPLAYS)
+    if virtual and not recording:
+        raise PortOpenFailed(
+            f"Cannot open {address}: this server runs in virtual time, and real servos do not. Start it without "
+            "--speed.", address=address, cause="virtual_time",
+        )  # fmt: skip
     if exposed.simulated_only and not recording:
         raise PortOpenFailed(
             f"Cannot open {address}: this demo is reachable without a token, so it allows simulated servos only. "

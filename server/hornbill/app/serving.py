@@ -3,14 +3,16 @@
 import asyncio
 import gc
 import logging
+import math
 import signal
 import socket
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Any, Final, Literal, cast
 
 import uvicorn
 from fastapi import FastAPI
@@ -20,6 +22,7 @@ from uvicorn.protocols.http.auto import AutoHTTPProtocol
 from hornbill.api.live.event_stream import end_streams
 from hornbill.app.request_timeouts import RequestLimits, RequestTimeouts, TimedConnection
 from hornbill.errors import HornbillError
+from hornbill.virtual_time import MAX_SPEED, VirtualLoop
 
 SWITCH_S = 0.0005
 """Thread switch interval. Python's default of 5 ms would delay the event loop, including a stop, whenever the thread of
@@ -29,6 +32,10 @@ REPEAT_S = 10.0
 """Minimum interval between log lines about malformed requests."""
 
 LIMITS: Final = RequestLimits()
+
+KEEP_ALIVE_S: Final = 5.0
+PING_S: Final = 20.0
+"""Times of uvicorn: an idle connection, and pings of a WebSocket."""
 
 ADDRESS_USE: int = getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR)
 """SO_REUSEADDR allows the port to be reused immediately. On Windows it would let another program listen on it, too."""
@@ -63,7 +70,7 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tupl
 
     `tls`: certificate chain and key, PEM. Raises CannotListen if they are invalid.
     """
-    config = configured(app, tls)
+    config = configured(app, tls, scale=_scale())
     try:
         config.load()
     except OSError as error:  # of ssl, too
@@ -93,15 +100,33 @@ def configured(
     tls: tuple[Path, Path] | None = None,
     limits: RequestLimits = LIMITS,
     http: Callable[..., Any] = AutoHTTPProtocol,
+    scale: float = 1.0,
 ) -> uvicorn.Config:
-    """Configuration of uvicorn for `app`. `http`: HTTP protocol; default httptools if installed, else h11."""
+    """Configuration of uvicorn for `app`. `http`: HTTP protocol; default httptools if installed, else h11.
+
+    `scale`: factor for all times that a client must keep. Clients live in real time, also if the loop does not.
+    """
+    limits = replace(limits, head_s=limits.head_s * scale, body_s=limits.body_s * scale)
     timed = cast("type[asyncio.Protocol]", partial(TimedConnection, http, limits))
     return uvicorn.Config(
         RequestTimeouts(app, limits), log_level="warning", access_log=False, http=timed, ws="websockets-sansio",
         timeout_graceful_shutdown=2, ws_max_size=1 << 20, ws_per_message_deflate=False, lifespan="on",
         server_header=False, proxy_headers=False,  # evaluated by the guard
+        timeout_keep_alive=round(KEEP_ALIVE_S * scale), ws_ping_interval=PING_S * scale, ws_ping_timeout=PING_S * scale,
         ssl_certfile=tls and str(tls[0]), ssl_keyfile=tls and str(tls[1]),
     )  # fmt: skip
+
+
+def loop_of(speed: float | Literal["max"] | None) -> asyncio.AbstractEventLoop:
+    """New event loop: in virtual time with a `speed`, otherwise in real time."""
+    if speed is None:
+        return asyncio.new_event_loop()
+    return VirtualLoop(math.inf if speed == "max" else speed)
+
+
+def _scale() -> float:
+    """Factor of the times of clients on this loop. The speed of a virtual loop can be changed while it runs."""
+    return MAX_SPEED if isinstance(asyncio.get_running_loop(), VirtualLoop) else 1.0
 
 
 class _Server(uvicorn.Server):

@@ -76,6 +76,13 @@ class Settings(BaseSettings):
         default=None, description="Simulated autopilot of `demo`: armed, it moves the servos that have a servo ID."
     )
     seed: int = Field(default=1, description="Random seed of the simulated servos.")
+    chaos: int | None = Field(
+        default=None, description="Seed of faults that `demo` injects into its servos at random. Default: none."
+    )
+    speed: Literal["max"] | Annotated[float, Field(gt=0, le=1000)] | None = Field(
+        default=None,
+        description="Speed of `demo` relative to real time, or max for as fast as possible. Default: real time.",
+    )
     sim_api: bool = Field(default=False, description="Allow simulated servos to be added over REST.")
 
     @field_validator("allow_host", mode="before")

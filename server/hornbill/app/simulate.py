@@ -32,12 +32,14 @@ async def simulate(
     any_firmware: bool = False,
     autopilot: Program | None = None,
     plant: PlantConstants | None = None,
+    chaos: int | None = None,
 ) -> None:
     """Simulate `servos` (1 to 100) servos on the bus `INTERFACE:CHANNEL`.
 
     `node_id`: "auto" (as in the demo: some request one), "none" or "0" (as delivered: all request one), or the first of
     consecutive static IDs. `autopilot`: add an armed autopilot that moves them. `any_firmware` allows combinations of
-    model and firmware that do not exist. `plant`: constants of every horn. Raises PortOpenFailed, InvalidValue.
+    model and firmware that do not exist. `plant`: constants of every horn. `chaos`: seed of faults
+    to inject. Raises PortOpenFailed, InvalidValue.
     """
     if not 1 <= servos <= 100:
         raise InvalidValue(f"Invalid number of servos {servos}. Use 1 to 100.", cause=None)
@@ -61,6 +63,8 @@ async def simulate(
             assert one is not None
             one.armed, one.safety_on = True, False
             say(f"{autopilot} on node ID {one.node_id}, armed: commands servo IDs from {one.actuator_id(0)}")
+        if chaos is not None:
+            bench.chaos.start(chaos)
         await asyncio.get_running_loop().create_future()
     finally:
         await bench.close()

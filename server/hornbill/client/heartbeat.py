@@ -14,7 +14,7 @@ class AsyncHeartbeat:
 
     def __init__(self, renew: Callable[[], Awaitable[bool]], every_s: float) -> None:
         self._renew = renew
-        self._every_s = every_s
+        self.every_s = every_s
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -29,7 +29,7 @@ class AsyncHeartbeat:
 
     async def _run(self) -> None:
         while True:
-            await asyncio.sleep(self._every_s)
+            await asyncio.sleep(self.every_s)
             if not await self._renew():
                 return
 
@@ -39,7 +39,7 @@ class Heartbeat:
 
     def __init__(self, renew: Callable[[], bool], every_s: float) -> None:
         self._renew = renew
-        self._every_s = every_s
+        self.every_s = every_s
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -55,6 +55,6 @@ class Heartbeat:
             self._thread.join()
 
     def _run(self) -> None:
-        while not self._ended.wait(self._every_s):
+        while not self._ended.wait(self.every_s):
             if not self._renew():
                 return

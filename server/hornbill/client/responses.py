@@ -1106,6 +1106,8 @@ class Lease(TypedDict):
     """Expiry, seconds since 1970 UTC."""
     expires_in_s: float
     """Time until it expires unless renewed, s."""
+    heartbeat_s: float
+    """Interval at which to renew it, s of real time: a third of `ttl_s`, shorter in virtual time."""
     holder: str
     """Client with motion control."""
     id: str
@@ -2219,6 +2221,10 @@ class SetUp(TypedDict):
 class SimTruth(TypedDict):
     """What a sensor of the servo cannot show: true constants and state of the simulated plant."""
 
+    angle_deg: float
+    """Angle as the servo reports it, with origin, reverse and turns, without noise, °."""
+    faults: list[str]
+    """Keys of the fault bits that are set."""
     friction_factor: float
     """Friction relative to that of `plant`: it grows with motion."""
     horn_deg: float
@@ -2227,8 +2233,16 @@ class SimTruth(TypedDict):
     """Motor angle at the horn, °. It differs by up to half the backlash."""
     moved_s: float
     """Time in motion since it was added, s."""
+    output: Literal["on", "off", "brake"]
+    """Motor output after timeout and protection."""
     plant: PlantConstants
     """Constants as delivered, without wear."""
+    ram: dict[str, SimValue]
+    """Values in use of writable parameters, by key, in the units of the API. Null: inactive."""
+    rom: dict[str, SimValue]
+    """Values in ROM, by key, in the units of the API."""
+    rom_sound: bool
+    """Whether ROM can be read. If not, the next start uses default values."""
     speed_rpm: float
     """Speed of the motor at the horn, rpm. Positive is clockwise."""
     supply_v: float
@@ -3108,6 +3122,7 @@ ReasonCode: TypeAlias = Literal[
     "manual", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
 ]
 RefusalCode: TypeAlias = Literal["table_failed", "pinned_id_in_use", "all_taken"]
+SimValue: TypeAlias = bool | int | float | str | None
 StepCode: TypeAlias = Literal[
     "check",
     "snapshot",

@@ -58,6 +58,9 @@ class Lease(Model):
     """Lease, which grants motion control. When it expires, torque goes off on the servos it commanded."""
 
     id: str = Field(description="ID, as used in paths.")
+    heartbeat_s: float = Field(
+        description="Interval at which to renew it, s of real time: a third of `ttl_s`, shorter in virtual time."
+    )
     shown_id: str = Field(description="First digits of `id`, visible to all clients.")
     holder: str = Field(description="Client with motion control.")
     ttl_s: float = Field(description="Time to live after each renewal, s.")

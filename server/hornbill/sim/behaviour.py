@@ -4,8 +4,10 @@
 with one interpretation, the other is the default.
 """
 
-from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
+
+from pydantic import ConfigDict
+from pydantic.dataclasses import dataclass
 
 PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
 
@@ -21,7 +23,7 @@ TENTHS_PER_UNIT: Final[dict[PositionUnit, float]] = {
 """Steps of 0.1° per unit of ArrayCommand POSITION and of Status (tables 2-21 and 2-22)."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, config=ConfigDict(extra="forbid", use_attribute_docstrings=True))
 class Behaviour:
     """Behaviour of a simulated servo where the document is open. Change a switch with `dataclasses.replace`."""
 

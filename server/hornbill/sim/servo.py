@@ -144,6 +144,11 @@ class SimulatedServo:
         return self._device.protection.supply * self.model.nominal_v
 
     @property
+    def reported_angle_deg(self) -> float:
+        """Angle that 0x08 reads, with origin, reverse and turns, without noise of the sensor."""
+        return self._device.commander.angle / 10.0
+
+    @property
     def asleep(self) -> bool:
         """Whether the horn is at rest and needs no simulation."""
         return self._device.motion.asleep
@@ -162,6 +167,17 @@ class SimulatedServo:
     def boot_loader_writes(self) -> list[tuple[Instant, Raw]]:
         """All writes to 0x49, as (time, value). There must be none (4.39)."""
         return self._device.registers.boot_loader_writes
+
+    def stored(self) -> dict[str, Raw]:
+        """Values in ROM by key, raw. They are used at the next start only if ROM is sound."""
+        memory = self._device.memory
+        values = {row.key: memory.stored(at) for at, row in memory.rows.items()}
+        return {key: raw for key, raw in values.items() if raw is not None}
+
+    def in_use(self) -> dict[str, Raw]:
+        """Values of writable rows in RAM as a read returns them, by key, raw. During soft start some are temporary."""
+        memory = self._device.memory
+        return {row.key: memory.shown(at, self.behaviour) for at, row in memory.rows.items() if row.writable}
 
     def register(self, at: int) -> Raw | None:
         """Value that a read of register `at` would return now."""

@@ -3337,6 +3337,78 @@ export interface paths {
         patch: operations["change_sim_autopilot"];
         trace?: never;
     };
+    "/api/v1/sim/chaos": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get sim chaos
+         * @description Get whether faults are injected at random.
+         */
+        get: operations["get_sim_chaos"];
+        /**
+         * Start sim chaos
+         * @description Inject faults at random into the present servos, in place of those of an earlier seed.
+         */
+        put: operations["start_sim_chaos"];
+        post?: never;
+        /**
+         * Stop sim chaos
+         * @description End all injected faults and inject no more. Idempotent.
+         */
+        delete: operations["stop_sim_chaos"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/sim/chaos/injections": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List sim injections
+         * @description List injected faults, newest first, including those of a seed that was stopped.
+         */
+        get: operations["list_sim_injections"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/sim/clock": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get sim clock
+         * @description Get the clock of the server and its speed.
+         */
+        get: operations["get_sim_clock"];
+        /**
+         * Set sim clock
+         * @description Change the speed of a server in virtual time. Leases and timeouts run with it.
+         */
+        put: operations["set_sim_clock"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/sim/servos": {
         parameters: {
             query?: never;
@@ -4020,6 +4092,150 @@ export interface components {
             problem: components["schemas"]["Problem"] | null;
             /** @description Revision of the values, for If-Match. Null if unknown. */
             revision: string | null;
+        };
+        /**
+         * Behaviour
+         * @description Behaviour of a simulated servo where the document is open. Change a switch with `dataclasses.replace`.
+         */
+        Behaviour: {
+            /**
+             * @description Whether 0x11 and RestartNode are acknowledged before the restart. Table 2-10 has a flag for success.
+             * @default true
+             */
+            acknowledges_restart?: boolean;
+            /**
+             * @description Whether SAVE and 0x12 are acknowledged before the silence of the ROM write (4.11).
+             * @default true
+             */
+            acknowledges_save?: boolean;
+            /**
+             * @description Whether ArrayCommand counts as a command for 0x27. 4.19 lists registers 0x00 to 0x02, which it writes.
+             * @default true
+             */
+            array_command_feeds_timeout?: boolean;
+            /**
+             * @description Whether a servo with servo ID 0, the factory setting, follows ArrayCommand entries for 0. The document specifies
+             *     1 to 254 for senders; Futaba's program copies the ID from Status, and moves new servos with it.
+             * @default true
+             */
+            array_command_id_0?: boolean;
+            /**
+             * @description Whether 0x00 to 0x02 read the values of an ArrayCommand. Chapter 4 describes no command outside these registers,
+             *     so the message should be stored there; firmware may also store it separately, and then they read the last value
+             *     written by GetSet.
+             * @default true
+             */
+            array_command_shows?: boolean;
+            /**
+             * @description Whether firmware without 0x25 (1.010) always has speed and torque control on. Futaba's program commanded speed
+             *     and torque before 0x25 was added in 1.100.
+             * @default true
+             */
+            cascade_without_switch?: boolean;
+            /**
+             * @description Whether ERASE and 0x10 preserve 0x44 to 0x46. The document does not mention it.
+             * @default false
+             */
+            erase_keeps_identity?: boolean;
+            /**
+             * @description Whether ERASE also resets ROM. Table 2-12 says "at once" but not where; chapter 3 says ROM; for the same reset,
+             *     4.9 says that 0x12 must follow.
+             * @default false
+             */
+            erase_rom?: boolean;
+            /**
+             * @description Whether failure bits remain set until the next start. 4.12 says that some bits remain until power-off, but names
+             *     only those of its note 2.
+             * @default false
+             */
+            failures_latch?: boolean;
+            /**
+             * @description Whether a notification sets the health in NodeStatus to WARNING. The document mentions only warnings; Futaba's
+             *     manuals show a yellow indicator in their program for notifications, too.
+             * @default false
+             */
+            health_of_notifications?: boolean;
+            /**
+             * @description Response of a row that was added by a later firmware. Futaba's program requests it regardless of 0x52, like the
+             *     PWM rows.
+             * @default zero
+             * @enum {string}
+             */
+            later_rows?: "zero" | "empty" | "silent";
+            /**
+             * @description Whether 0x38 and 0x39 are relative to the origin of 0x44. 4.31 gives them in the same degrees as the command, and
+             *     4.36 moves the zero of those; otherwise they remain at the same position of the horn.
+             * @default true
+             */
+            limits_follow_origin?: boolean;
+            /**
+             * @description Whether `0x2a` is accepted as `0x2A`. The document prints capitals and calls the name an ASCII string.
+             * @default false
+             */
+            lower_case_names?: boolean;
+            /**
+             * @description Handling of a GetSet write outside the row's range. The document distinguishes successful and failed requests
+             *     (table 2-16) and does not mention modified values, so the literal interpretation is that such a write fails.
+             *     The public type allows a server to clamp. Values in ArrayCommand are handled alike: ignored or clamped.
+             * @default refuse
+             * @enum {string}
+             */
+            out_of_range?: "refuse" | "clamp";
+            /**
+             * @description Meaning of position 1.0 on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°, and
+             *     Futaba's program sends and displays 100° per unit.
+             * @default hundred_degrees
+             * @enum {string}
+             */
+            position_unit?: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
+            /**
+             * @description Response of 0x34 to 0x37 on a model without PWM input, where section 3.1 prints 0/0/0. Futaba's program requests
+             *     them on every model and waits indefinitely for a register without a response.
+             * @default zero
+             * @enum {string}
+             */
+            pwm_rows?: "zero" | "empty" | "silent";
+            /**
+             * @description Response of a reserved register. The list gives it the default 0 but no access. A write has no effect in
+             *     either case.
+             * @default empty
+             * @enum {string}
+             */
+            reserved?: "empty" | "zero";
+            /**
+             * @description Whether the opcode SAVE restarts the servo. Section 4.11 states this for 0x12; both write the same ROM.
+             * @default true
+             */
+            save_opcode_restarts?: boolean;
+            /**
+             * @description What 0x25 and 0x3A to 0x3D read (and a ROM write stores) during soft start. 4.14 says these parameters are
+             *     changed temporarily and restored afterwards.
+             * @default temporary
+             * @enum {string}
+             */
+            soft_start_shows?: "temporary" | "stored";
+            /**
+             * @description Whether the action of 0x26 also replaces OFF or BRAKE in 0x20, so that a brake is released after 0x27. 4.19 names
+             *     no exception and counts 0x20 among the commands; but 4.13 says in the same words that OFF remains whatever is
+             *     commanded, and a timeout that brakes or frees a motor without output protects nothing.
+             * @default output_on
+             * @enum {string}
+             */
+            timeout_changes?: "output_on" | "any_output";
+            /**
+             * @description When the timeout of 0x27 starts. 4.14 lists the timeout among the events that end soft start, but every command
+             *     ends it, too: so the timeout must run without a command, from power-on. With factory settings, a servo without
+             *     commands turns torque off after 1,000 ms. 4.19 alone could mean that it starts with the first command.
+             * @default power_on
+             * @enum {string}
+             */
+            timeout_from?: "power_on" | "first_command";
+            /**
+             * @description Response to reading 0x10 to 0x12. Their access is W, so a read fails.
+             * @default empty
+             * @enum {string}
+             */
+            write_only?: "empty" | "zero";
         };
         /**
          * Burst
@@ -5826,6 +6042,8 @@ export interface components {
             expires_at: number;
             /** @description Time until it expires unless renewed, s. */
             expires_in_s: number;
+            /** @description Interval at which to renew it, s of real time: a third of `ttl_s`, shorter in virtual time. */
+            heartbeat_s: number;
             /** @description Client with motion control. */
             holder: string;
             /** @description ID, as used in paths. */
@@ -6184,6 +6402,47 @@ export interface components {
              * @default 50
              */
             rate_hz?: number;
+        };
+        /**
+         * NewSimChaos
+         * @description Faults to inject into the present servos.
+         */
+        NewSimChaos: {
+            /**
+             * @description Mean time between injections, s.
+             * @default 10
+             */
+            interval_s?: number;
+            /**
+             * @description Kinds of faults. Default: all. Those of the bus need an embedded one.
+             * @default [
+             *       "power_cut",
+             *       "undervoltage",
+             *       "restart",
+             *       "rom_lost",
+             *       "slow_start",
+             *       "mute",
+             *       "lost_responses",
+             *       "late_responses",
+             *       "refused_writes",
+             *       "fault_bit",
+             *       "load",
+             *       "heat",
+             *       "frame_loss",
+             *       "corrupted_frames"
+             *     ]
+             */
+            kinds?: ("power_cut" | "undervoltage" | "restart" | "rom_lost" | "slow_start" | "mute" | "lost_responses" | "late_responses" | "refused_writes" | "fault_bit" | "load" | "heat" | "frame_loss" | "corrupted_frames")[];
+            /** @description Seed. Equal seeds inject equal faults at equal times into equal servos. */
+            seed: number;
+        };
+        /**
+         * NewSimClock
+         * @description A change of the speed.
+         */
+        NewSimClock: {
+            /** @description Speed relative to real time; max for as fast as possible. */
+            speed: components["schemas"]["SimSpeed"];
         };
         /**
          * NewSimServo
@@ -8117,14 +8376,111 @@ export interface components {
             sweep?: boolean | null;
         };
         /**
+         * SimBehaviour
+         * @description Choices to make where the specification is silent. Omitted ones stay unchanged.
+         */
+        SimBehaviour: {
+            /** @description Whether 0x11 and RestartNode are acknowledged before the restart. Table 2-10 has a flag for success. */
+            acknowledges_restart?: boolean | null;
+            /** @description Whether SAVE and 0x12 are acknowledged before the silence of the ROM write (4.11). */
+            acknowledges_save?: boolean | null;
+            /** @description Whether ArrayCommand counts as a command for 0x27. 4.19 lists registers 0x00 to 0x02, which it writes. */
+            array_command_feeds_timeout?: boolean | null;
+            /**
+             * @description Whether a servo with servo ID 0, the factory setting, follows ArrayCommand entries for 0. The document specifies
+             *     1 to 254 for senders; Futaba's program copies the ID from Status, and moves new servos with it.
+             */
+            array_command_id_0?: boolean | null;
+            /**
+             * @description Whether 0x00 to 0x02 read the values of an ArrayCommand. Chapter 4 describes no command outside these registers,
+             *     so the message should be stored there; firmware may also store it separately, and then they read the last value
+             *     written by GetSet.
+             */
+            array_command_shows?: boolean | null;
+            /**
+             * @description Whether firmware without 0x25 (1.010) always has speed and torque control on. Futaba's program commanded speed
+             *     and torque before 0x25 was added in 1.100.
+             */
+            cascade_without_switch?: boolean | null;
+            /** @description Whether ERASE and 0x10 preserve 0x44 to 0x46. The document does not mention it. */
+            erase_keeps_identity?: boolean | null;
+            /**
+             * @description Whether ERASE also resets ROM. Table 2-12 says "at once" but not where; chapter 3 says ROM; for the same reset,
+             *     4.9 says that 0x12 must follow.
+             */
+            erase_rom?: boolean | null;
+            /**
+             * @description Whether failure bits remain set until the next start. 4.12 says that some bits remain until power-off, but names
+             *     only those of its note 2.
+             */
+            failures_latch?: boolean | null;
+            /**
+             * @description Whether a notification sets the health in NodeStatus to WARNING. The document mentions only warnings; Futaba's
+             *     manuals show a yellow indicator in their program for notifications, too.
+             */
+            health_of_notifications?: boolean | null;
+            /**
+             * @description Response of a row that was added by a later firmware. Futaba's program requests it regardless of 0x52, like the
+             *     PWM rows.
+             */
+            later_rows?: ("zero" | "empty" | "silent") | null;
+            /**
+             * @description Whether 0x38 and 0x39 are relative to the origin of 0x44. 4.31 gives them in the same degrees as the command, and
+             *     4.36 moves the zero of those; otherwise they remain at the same position of the horn.
+             */
+            limits_follow_origin?: boolean | null;
+            /** @description Whether `0x2a` is accepted as `0x2A`. The document prints capitals and calls the name an ASCII string. */
+            lower_case_names?: boolean | null;
+            /**
+             * @description Handling of a GetSet write outside the row's range. The document distinguishes successful and failed requests
+             *     (table 2-16) and does not mention modified values, so the literal interpretation is that such a write fails.
+             *     The public type allows a server to clamp. Values in ArrayCommand are handled alike: ignored or clamped.
+             */
+            out_of_range?: ("refuse" | "clamp") | null;
+            /**
+             * @description Meaning of position 1.0 on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°, and
+             *     Futaba's program sends and displays 100° per unit.
+             */
+            position_unit?: ("hundred_degrees" | "radian" | "degree" | "tenth_degree") | null;
+            /**
+             * @description Response of 0x34 to 0x37 on a model without PWM input, where section 3.1 prints 0/0/0. Futaba's program requests
+             *     them on every model and waits indefinitely for a register without a response.
+             */
+            pwm_rows?: ("zero" | "empty" | "silent") | null;
+            /**
+             * @description Response of a reserved register. The list gives it the default 0 but no access. A write has no effect in
+             *     either case.
+             */
+            reserved?: ("empty" | "zero") | null;
+            /** @description Whether the opcode SAVE restarts the servo. Section 4.11 states this for 0x12; both write the same ROM. */
+            save_opcode_restarts?: boolean | null;
+            /**
+             * @description What 0x25 and 0x3A to 0x3D read (and a ROM write stores) during soft start. 4.14 says these parameters are
+             *     changed temporarily and restored afterwards.
+             */
+            soft_start_shows?: ("temporary" | "stored") | null;
+            /**
+             * @description Whether the action of 0x26 also replaces OFF or BRAKE in 0x20, so that a brake is released after 0x27. 4.19 names
+             *     no exception and counts 0x20 among the commands; but 4.13 says in the same words that OFF remains whatever is
+             *     commanded, and a timeout that brakes or frees a motor without output protects nothing.
+             */
+            timeout_changes?: ("output_on" | "any_output") | null;
+            /**
+             * @description When the timeout of 0x27 starts. 4.14 lists the timeout among the events that end soft start, but every command
+             *     ends it, too: so the timeout must run without a command, from power-on. With factory settings, a servo without
+             *     commands turns torque off after 1,000 ms. 4.19 alone could mean that it starts with the first command.
+             */
+            timeout_from?: ("power_on" | "first_command") | null;
+            /** @description Response to reading 0x10 to 0x12. Their access is W, so a read fails. */
+            write_only?: ("empty" | "zero") | null;
+        };
+        /**
          * SimChange
          * @description Changes to a simulated servo, all or nothing. Omitted fields stay unchanged.
          */
         SimChange: {
             /** @description Choices to make, by name. */
-            behaviour?: {
-                [key: string]: unknown;
-            } | null;
+            behaviour?: components["schemas"]["SimBehaviour"] | null;
             /** @description Share of responses that are lost, %. */
             drop_responses_pct?: number | null;
             /** @description Turn the horn manually until 0x08 reads this angle, °. Requires torque off. */
@@ -8161,6 +8517,65 @@ export interface components {
             temperature_c?: number | null;
             /** @description Supply voltage, V. */
             voltage_v?: number | null;
+        };
+        /**
+         * SimChaos
+         * @description Faults injected at random, the same for the same seed and the same servos.
+         */
+        SimChaos: {
+            /** @description Number of injections in effect. */
+            active: number;
+            /** @description Number of injections since the last start, of which 10000 are listed. */
+            injected: number;
+            /** @description Mean time between two injections, s. Null if none are injected. */
+            interval_s: number | null;
+            /** @description Kinds of faults. */
+            kinds: ("power_cut" | "undervoltage" | "restart" | "rom_lost" | "slow_start" | "mute" | "lost_responses" | "late_responses" | "refused_writes" | "fault_bit" | "load" | "heat" | "frame_loss" | "corrupted_frames")[];
+            /** @description Faults are being injected. */
+            running: boolean;
+            /** @description Seed. Null if none are injected. */
+            seed: number | null;
+        };
+        /**
+         * SimClock
+         * @description Clock of the server: real time, or virtual time started with `--speed`.
+         */
+        SimClock: {
+            /** @description Speed reached over the last second or more. */
+            actual_speed: number;
+            /** @description Time since the start of the server, s, in its own time. */
+            elapsed_s: number;
+            /** @description Present time of the server, seconds since 1970 UTC. */
+            now: number;
+            /** @description Highest speed relative to real time; max for as fast as possible. */
+            speed: components["schemas"]["SimSpeed"];
+            /** @description Virtual time. Otherwise the speed is 1 and cannot be changed. */
+            virtual: boolean;
+        };
+        /**
+         * SimInjection
+         * @description A fault that was injected.
+         */
+        SimInjection: {
+            /** @description It is in effect. */
+            active: boolean;
+            /** @description Begin, seconds since 1970 UTC. */
+            at: number;
+            /**
+             * @description Kind of fault.
+             * @enum {string}
+             */
+            kind: "power_cut" | "undervoltage" | "restart" | "rom_lost" | "slow_start" | "mute" | "lost_responses" | "late_responses" | "refused_writes" | "fault_bit" | "load" | "heat" | "frame_loss" | "corrupted_frames";
+            /** @description Number in the plan of the seed. */
+            number: number;
+            /** @description Servo. Null for the bus. */
+            uid: string | null;
+            /** @description End, seconds since 1970 UTC; planned while it is active. */
+            until: number;
+            /** @description What was set, such as `load_pct`. */
+            values: {
+                [key: string]: string | number;
+            };
         };
         /**
          * SimOutput
@@ -8214,9 +8629,7 @@ export interface components {
             /** @description Horn angle from its notch with all turns counted, °. Positive is clockwise. */
             angle_deg: number;
             /** @description Choices where the specification is silent, by name. */
-            behaviour: {
-                [key: string]: boolean | string;
-            };
+            behaviour: components["schemas"]["Behaviour"];
             /** @description Share of responses that are lost, %. */
             drop_responses_pct: number;
             /** @description Keys of the fault bits that are set. */
@@ -8278,11 +8691,16 @@ export interface components {
             /** @description Supply voltage without load, V. */
             voltage_v: number;
         };
+        SimSpeed: "max" | number;
         /**
          * SimTruth
          * @description What a sensor of the servo cannot show: true constants and state of the simulated plant.
          */
         SimTruth: {
+            /** @description Angle as the servo reports it, with origin, reverse and turns, without noise, °. */
+            angle_deg: number;
+            /** @description Keys of the fault bits that are set. */
+            faults: string[];
             /** @description Friction relative to that of `plant`: it grows with motion. */
             friction_factor: number;
             /** @description Horn angle from its notch with all turns counted, °. Positive is clockwise. */
@@ -8291,8 +8709,23 @@ export interface components {
             motor_deg: number;
             /** @description Time in motion since it was added, s. */
             moved_s: number;
+            /**
+             * @description Motor output after timeout and protection.
+             * @enum {string}
+             */
+            output: "on" | "off" | "brake";
             /** @description Constants as delivered, without wear. */
             plant: components["schemas"]["PlantConstants"];
+            /** @description Values in use of writable parameters, by key, in the units of the API. Null: inactive. */
+            ram: {
+                [key: string]: components["schemas"]["SimValue"];
+            };
+            /** @description Values in ROM, by key, in the units of the API. */
+            rom: {
+                [key: string]: components["schemas"]["SimValue"];
+            };
+            /** @description Whether ROM can be read. If not, the next start uses default values. */
+            rom_sound: boolean;
             /** @description Speed of the motor at the horn, rpm. Positive is clockwise. */
             speed_rpm: number;
             /** @description Supply at the motor, without error of the sensor, V. */
@@ -8304,6 +8737,7 @@ export interface components {
             /** @description Unique ID, 32 lower-case hex digits. */
             uid: string;
         };
+        SimValue: boolean | number | string | null;
         /** SmoothingValue */
         SmoothingValue: {
             /**
@@ -17401,6 +17835,160 @@ export interface operations {
             };
             /** @description `no_simulator`, `no_autopilot` */
             404: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_sim_chaos: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimChaos"];
+                };
+            };
+            /** @description `no_simulator` */
+            404: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    start_sim_chaos: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewSimChaos"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimChaos"];
+                };
+            };
+            /** @description `no_simulator` */
+            404: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    stop_sim_chaos: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimChaos"];
+                };
+            };
+            /** @description `no_simulator` */
+            404: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    list_sim_injections: {
+        parameters: {
+            query?: {
+                /** @description Maximum number of injections. */
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimInjection"][];
+                };
+            };
+            /** @description `no_simulator` */
+            404: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_sim_clock: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimClock"];
+                };
+            };
+            /** @description `no_simulator` */
+            404: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    set_sim_clock: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewSimClock"];
+            };
+        };
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimClock"];
+                };
+            };
+            /** @description `no_simulator` */
+            404: components["responses"]["Problem"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };

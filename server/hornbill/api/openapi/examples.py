@@ -150,6 +150,8 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
         "arm, safety switch off": {"armed": True, "safety_on": False},
         "output 1 fully positive": {"sweep": False, "outputs": [{"output": 1, "demand": 1.0}]},
     },
+    "set_sim_clock": {"a hundred times faster": {"speed": 100}},
+    "start_sim_chaos": {"supply and load": {"seed": 7, "kinds": ["power_cut", "load"], "interval_s": 5.0}},
     "add_sim_servo": {"new servo": {"model": MODEL, "firmware": "1.300", "angle_deg": 15.0}},
     "change_sim_servo": {
         "hot and loaded": {"temperature_c": 60.0, "load_pct": 30.0},

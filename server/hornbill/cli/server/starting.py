@@ -35,6 +35,16 @@ RootPath = Annotated[str | None, typer.Option(help="Sub-path behind a reverse pr
 TlsCert = Annotated[Path | None, typer.Option(help="Certificate chain, PEM. Enables https.")]
 TlsKey = Annotated[Path | None, typer.Option(help="Private key of the certificate, PEM.")]
 Seed = Annotated[int | None, typer.Option(help="Random seed of the simulated servos.")]
+ChaosSeed = Annotated[
+    int | None,
+    typer.Option("--chaos", metavar="SEED", help="Inject faults at random, the same for the same seed. Default: none."),
+]
+Speed = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N|max", help="Virtual time, N times as fast as real time, or as fast as possible. Default: real time."
+    ),
+]
 
 
 def demo(
@@ -50,6 +60,8 @@ def demo(
     host: Host = None,
     port: Port = None,
     seed: Seed = None,
+    speed: Speed = None,
+    chaos: ChaosSeed = None,
     token: Token = None,
     allow_host: AllowHost = None,
     behind_proxy: BehindProxy = None,
@@ -59,11 +71,17 @@ def demo(
 ) -> None:
     """Start the server with simulated servos, on an embedded bus with true 1 Mbit/s timing. Needs no hardware."""
     settings = _settings(
-        servos=servos, bus=bus, autopilot=autopilot, host=host, port=port, seed=seed, token=token,
-        allow_host=allow_host or None, behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert,
+        servos=servos, bus=bus, autopilot=autopilot, host=host, port=port, seed=seed, speed=speed, chaos=chaos,
+        token=token, allow_host=allow_host or None, behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert,
         tls_key=tls_key,
     )  # fmt: skip
     address, why = _demo_bus(settings.bus)
+    if settings.speed is not None and address is not None:
+        with failures():
+            raise InvalidValue(
+                f"{address} cannot be used with --speed: other programs on it live in real time. Omit --bus.",
+                cause=None,
+            )
     announce = f"hornbill demo with {settings.servos} simulated servos: open {{url}}" + why
     _serve(settings.model_copy(update={"bus": address}), demo=True, announce=announce)
 
@@ -148,6 +166,7 @@ def sim(
         Path | None,
         typer.Option(help="TOML or JSON file of the constants of the horn, or an exported twin. Default: no load."),
     ] = None,
+    chaos: ChaosSeed = None,
 ) -> None:
     """Simulate servos on any bus, without a server, for other DroneCAN tools. Ends with Ctrl-C."""
     if context.invoked_subcommand is not None:
@@ -162,7 +181,7 @@ def sim(
         asyncio.run(
             simulate(
                 bus, servos, model, firmware, node_id, seed, say, any_firmware=any_firmware, autopilot=autopilot,
-                plant=constants,
+                plant=constants, chaos=chaos,
             )
         )  # fmt: skip
 
@@ -239,6 +258,7 @@ def _serve(settings: "Settings", *, demo: bool, announce: str) -> None:
         tls = None if settings.tls_cert is None or settings.tls_key is None else (settings.tls_cert, settings.tls_key)
         announce += first_link(exposed.first_token, "http" if tls is None else "https", listening.getsockname()[1])
         try:
-            asyncio.run(serving.serve(built, listening, announce, tls))
+            with asyncio.Runner(loop_factory=lambda: serving.loop_of(settings.speed if demo else None)) as runner:
+                runner.run(serving.serve(built, listening, announce, tls))
         except KeyboardInterrupt:
             pass

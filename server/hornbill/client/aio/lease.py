@@ -18,7 +18,7 @@ class AsyncLease:
     def __init__(
         self, connection: AsyncConnection, holder: str, ttl_s: float, *, heartbeat: bool, force: bool, reason: str
     ) -> None:
-        """`ttl_s`: time to live from each renewal, 0.2 to 60 s. `heartbeat`: renew it every third of that time."""
+        """`ttl_s`: time to live from each renewal, 0.2 to 60 s. `heartbeat`: renew it as often as the server says."""
         self._connection = connection
         self._ttl_s = ttl_s
         self._wanted = {"holder": holder, "ttl_s": ttl_s, "force": force, "reason": reason}
@@ -31,6 +31,7 @@ class AsyncLease:
         taken: responses.Lease = await self._connection.request("POST", "/leases", self._wanted, once=True)
         self.id = self._connection.lease_id = taken["id"]
         if self._heartbeat is not None:
+            self._heartbeat.every_s = taken.get("heartbeat_s", self._ttl_s / 3)
             self._heartbeat.start()
         return self
 

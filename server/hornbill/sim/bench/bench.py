@@ -9,6 +9,7 @@ from hornbill.domain.autopilot import Program
 from hornbill.errors import BusDisconnected, Unknown
 from hornbill.schema.catalog import Catalog
 from hornbill.sim.bench.autopilot import SimulatedAutopilot
+from hornbill.sim.bench.chaos import Chaos, Wire
 from hornbill.sim.bench.demo import demo_fleet
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo
@@ -30,7 +31,10 @@ class Bench:
     recipes. All methods are called on the event loop.
     """
 
-    def __init__(self, port_factory: Callable[[str], CanPort], catalog: Catalog, seed: int = 1) -> None:
+    def __init__(
+        self, port_factory: Callable[[str], CanPort], catalog: Catalog, seed: int = 1, wire: Wire | None = None
+    ) -> None:
+        """`wire`: the embedded bus, if its frames may be disturbed."""
         self._open = port_factory
         self._catalog = catalog
         self._seed = seed
@@ -39,6 +43,8 @@ class Bench:
         self._running = False
         self.autopilot: SimulatedAutopilot | None = None
         """The autopilot that shares the bus, if any."""
+        self.chaos = Chaos(self, wire)
+        """Faults injected at random."""
 
     @property
     def servos(self) -> dict[Uid, SimulatedServo]:
@@ -101,6 +107,7 @@ class Bench:
         if not self._running:
             return
         self._running = False
+        self.chaos.stop()
         await self.set_autopilot(None)
         for driver in list(self._drivers.values()):
             driver.servo.power_off(driver.now())
@@ -109,6 +116,7 @@ class Bench:
     async def close(self) -> None:
         """Remove all servos from the bus. Idempotent. The bench cannot be started again."""
         self._running = False
+        self.chaos.stop()
         await self.set_autopilot(None)
         drivers, self._drivers = self._drivers, {}
         for driver in drivers.values():

@@ -388,6 +388,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   not_stored_in_rom: p => `${p.key}はROMに保存されないため、設定ではありません。除いてください。`,
   observer_sends_nothing: () =>
     "オブザーバとして接続しているため、何も送信しません。送信するには、役割をゲストかホストに変えてください。",
+  nothing_to_inject: () =>
+    `故障を注入する対象がありません。サーボを追加するか、他の種類を指定してください。`,
   nothing_to_write: p => `${p.side}から${p.servo}に書き込む値がありません。行を指定してください。`,
   offline: p => `${p.servo}はオフラインです。電源と配線を確認してください。`,
   one_source_required: () =>
@@ -443,6 +445,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   read_only_in_profile: p => `${p.key}は読み出し専用です。除いてください。`,
   read_refused_before_write: p =>
     `${p.servo}が書き込み前の${p.key}の読み出しを拒否しました。何も書き込んでいません。やり直してください。`,
+  real_time: () =>
+    `このサーバは実時間で動いています。速度を変えるには「hornbill demo --speed 1」で起動してください。`,
   reading_not_settable: p => `別の値を読み出せるのは${p.known}だけです。`,
   recorded_servo: p => `${p.servo}は記録のサーボです。動かせません。実際のバスを接続してください。`,
   recording_damaged: p => `${p.name}は壊れています。`,
@@ -500,7 +504,6 @@ export const causes: Readonly<Record<string, FactsText>> = {
   servo_not_responding: p => `${p.servo}が応答しません。電源と配線を確認してください。`,
   servo_online: p => `${p.servo}は接続されています。電源を切るかバスから外してから、登録を削除してください。`,
   servo_restarted: p => `${p.servo}が再起動しました。`,
-  setting_unknown: p => `${p.name}に「${p.requested}」は使えません。次から選んでください: ${p.known}。`,
   settle_angle_only: () => `整定を待てるのは角度の指令だけです。`,
   shared_servo_id: p =>
     `${p.servo}と${p.owner_title}が同じサーボID ${p.requested}を使っており、両方が動きます。それぞれに固有のIDを付けるか、単独で指令してください。`,
@@ -602,6 +605,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   values_differ: p => `${p.servo}の値が指定と異なります: ${p.keys}。`,
   values_lost_before_save: p =>
     `${p.servo}が書き込んだ値を保持していません: ${p.keys}。再起動したか、他から書き込まれました。保存していません。`,
+  virtual_time: p =>
+    `${p.address}は開けません。このサーバは仮想時間で動いています。実際のサーボには--speedを付けずに起動してください。`,
   values_missing: () => `値のないプロファイルは作成できません。1つ以上の値を入れてください。`,
   values_not_storable: p =>
     `${p.servo}の元の値を保存できないため、何も変更していません。データフォルダとディスクを確認してください。`,

@@ -1,28 +1,36 @@
 """Routes of the simulator."""
 
-from dataclasses import asdict, replace
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+import asyncio
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
-from fastapi import Depends, Path, Request
-from pydantic import Field
+from fastapi import Depends, Path, Query, Request
+from pydantic import ConfigDict, Field, create_model
 from typing_extensions import TypeAliasType
 
 from hornbill.api import PREFIX
+from hornbill.api.dependencies import TheHost
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.autopilot import Program
-from hornbill.domain.fields import Model, UidField
+from hornbill.domain.fields import Model, UidField, Utc
 from hornbill.domain.plant import DEFAULT_PLANT, PlantConstants
 from hornbill.domain.servo import PositionUnit
-from hornbill.errors import Busy, InvalidValue, Unknown
+from hornbill.errors import Busy, Conflict, InvalidValue, Unknown
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.firmware import to_text
+from hornbill.schema.scale import Value, to_value
+from hornbill.servo.host import Host
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.bench.autopilot import SimulatedAutopilot
 from hornbill.sim.bench.bench import Bench
+from hornbill.sim.bench.chaos import INTERVAL_S, KINDS, RECORDED, ChaosKind
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo
-from hornbill.units import Uid
+from hornbill.units import Raw, Uid
+from hornbill.virtual_time import MAX_SPEED, VirtualLoop
 
 Percent = Annotated[float, Field(ge=0, le=100)]
 
@@ -61,7 +69,10 @@ class SimServo(Model):
     software_update: bool = Field(description="Reports a software update in progress.")
     refuse_keys: list[str] = Field(description="Keys of rows the servo refuses to write.")
     position_unit: PositionUnit = Field(description="Unit of position 1.0 in its broadcasts.")
-    behaviour: dict[str, bool | str] = Field(description="Choices where the specification is silent, by name.")
+    behaviour: Behaviour = Field(description="Choices where the specification is silent, by name.")
+
+
+SimValue = TypeAliasType("SimValue", bool | int | float | str | None)
 
 
 class SimTruth(Model):
@@ -77,6 +88,16 @@ class SimTruth(Model):
     torque_pct: float = Field(description="Torque of the motor, % of stall torque. Positive is clockwise.")
     temperature_c: float = Field(description="Temperature of the board, without error of the sensor, °C.")
     supply_v: float = Field(description="Supply at the motor, without error of the sensor, V.")
+    angle_deg: float = Field(
+        description="Angle as the servo reports it, with origin, reverse and turns, without noise, °."
+    )
+    output: Literal["on", "off", "brake"] = Field(description="Motor output after timeout and protection.")
+    faults: list[str] = Field(description="Keys of the fault bits that are set.")
+    ram: dict[str, SimValue] = Field(
+        description="Values in use of writable parameters, by key, in the units of the API. Null: inactive."
+    )
+    rom: dict[str, SimValue] = Field(description="Values in ROM, by key, in the units of the API.")
+    rom_sound: bool = Field(description="Whether ROM can be read. If not, the next start uses default values.")
 
 
 class NewSimServo(Model):
@@ -98,6 +119,29 @@ class NewSimServo(Model):
         default=False, description="Allow a firmware version that does not exist for this model."
     )
     plant: PlantConstants = Field(default=DEFAULT_PLANT, description="Load, friction and other constants of the horn.")
+
+
+class _Strict(Model):
+    model_config = ConfigDict(strict=True)
+
+
+if TYPE_CHECKING:
+
+    class SimBehaviour(Model):
+        """Choices to make where the specification is silent."""
+
+else:  # every field of Behaviour, with its description, all optional
+    SimBehaviour = create_model(
+        "SimBehaviour",
+        __base__=_Strict,
+        __doc__="Choices to make where the specification is silent. Omitted ones stay unchanged.",
+        **{
+            name: (kind | None, Field(default=None, description=about.description))
+            for (name, kind), about in zip(
+                get_type_hints(Behaviour).items(), Behaviour.__pydantic_fields__.values(), strict=True
+            )
+        },
+    )
 
 
 class SimChange(Model):
@@ -144,8 +188,61 @@ class SimChange(Model):
         default=None, description="Keys of parameters whose writes the servo refuses."
     )
     position_unit: PositionUnit | None = Field(default=None, description="Unit of position 1.0 in its broadcasts.")
-    behaviour: dict[str, Any] | None = Field(default=None, description="Choices to make, by name.")
+    behaviour: SimBehaviour | None = Field(default=None, description="Choices to make, by name.")
     power: SimPower | None = Field(default=None, description="Supply.")
+
+
+class SimChaos(Model):
+    """Faults injected at random, the same for the same seed and the same servos."""
+
+    running: bool = Field(description="Faults are being injected.")
+    seed: int | None = Field(description="Seed. Null if none are injected.")
+    kinds: list[ChaosKind] = Field(description="Kinds of faults.")
+    interval_s: float | None = Field(description="Mean time between two injections, s. Null if none are injected.")
+    active: int = Field(description="Number of injections in effect.")
+    injected: int = Field(description=f"Number of injections since the last start, of which {RECORDED} are listed.")
+
+
+class NewSimChaos(Model):
+    """Faults to inject into the present servos."""
+
+    seed: int = Field(description="Seed. Equal seeds inject equal faults at equal times into equal servos.")
+    kinds: list[ChaosKind] = Field(
+        default=list(KINDS), min_length=1, description="Kinds of faults. Default: all. Those of the bus need an "
+        "embedded one.",
+    )  # fmt: skip
+    interval_s: float = Field(default=INTERVAL_S, ge=0.1, le=3600, description="Mean time between injections, s.")
+
+
+class SimInjection(Model):
+    """A fault that was injected."""
+
+    number: int = Field(description="Number in the plan of the seed.")
+    kind: ChaosKind = Field(description="Kind of fault.")
+    uid: UidField | None = Field(description="Servo. Null for the bus.")
+    values: dict[str, str | float] = Field(description="What was set, such as `load_pct`.")
+    at: Utc = Field(description="Begin, seconds since 1970 UTC.")
+    until: Utc = Field(description="End, seconds since 1970 UTC; planned while it is active.")
+    active: bool = Field(description="It is in effect.")
+
+
+SimSpeed = TypeAliasType("SimSpeed", Literal["max"] | Annotated[float, Field(gt=0, le=MAX_SPEED)])
+
+
+class SimClock(Model):
+    """Clock of the server: real time, or virtual time started with `--speed`."""
+
+    virtual: bool = Field(description="Virtual time. Otherwise the speed is 1 and cannot be changed.")
+    speed: SimSpeed = Field(description="Highest speed relative to real time; max for as fast as possible.")
+    actual_speed: float = Field(description="Speed reached over the last second or more.")
+    now: Utc = Field(description="Present time of the server, seconds since 1970 UTC.")
+    elapsed_s: float = Field(description="Time since the start of the server, s, in its own time.")
+
+
+class NewSimClock(Model):
+    """A change of the speed."""
+
+    speed: SimSpeed = Field(description="Speed relative to real time; max for as fast as possible.")
 
 
 class SimOutput(Model):
@@ -274,6 +371,59 @@ def routes(catalog: Catalog) -> Routes:
         """Get the true constants and state of a simulated horn, to compare measurements with."""
         return _truth(bench, Uid(uid))
 
+    @made.get("/clock", Role.VIEW, "no_simulator")
+    async def get_sim_clock(bench: TheBench, host: TheHost) -> SimClock:
+        """Get the clock of the server and its speed."""
+        return _clock(host)
+
+    @made.put("/clock", Role.ADMIN, "no_simulator", "conflict")
+    async def set_sim_clock(bench: TheBench, host: TheHost, body: NewSimClock) -> SimClock:
+        """Change the speed of a server in virtual time. Leases and timeouts run with it."""
+        loop = asyncio.get_running_loop()
+        if not isinstance(loop, VirtualLoop):
+            raise Conflict(
+                "This server runs in real time. Start it with 'hornbill demo --speed 1' to change its speed.",
+                cause="real_time",
+            )
+        loop.speed = math.inf if body.speed == "max" else body.speed
+        return _clock(host)
+
+    @made.get("/chaos", Role.VIEW, "no_simulator")
+    async def get_sim_chaos(bench: TheBench) -> SimChaos:
+        """Get whether faults are injected at random."""
+        return _chaos(bench)
+
+    @made.put("/chaos", Role.ADMIN, "no_simulator", "invalid_value")
+    async def start_sim_chaos(bench: TheBench, body: NewSimChaos) -> SimChaos:
+        """Inject faults at random into the present servos, in place of those of an earlier seed."""
+        try:
+            bench.chaos.start(body.seed, body.kinds, body.interval_s)
+        except ValueError as error:
+            raise InvalidValue(f"{error} Add a servo, or enter other kinds.", cause="nothing_to_inject") from error
+        return _chaos(bench)
+
+    @made.delete("/chaos", Role.ADMIN, "no_simulator")
+    async def stop_sim_chaos(bench: TheBench) -> SimChaos:
+        """End all injected faults and inject no more. Idempotent."""
+        bench.chaos.stop()
+        return _chaos(bench)
+
+    @made.get("/chaos/injections", Role.VIEW, "no_simulator")
+    async def list_sim_injections(
+        bench: TheBench,
+        host: TheHost,
+        limit: Annotated[int, Query(ge=1, le=RECORDED, description="Maximum number of injections.")] = 100,
+    ) -> list[SimInjection]:
+        """List injected faults, newest first, including those of a seed that was stopped."""
+        found = bench.chaos.injections
+        return [
+            SimInjection(
+                number=one.number, kind=one.kind, uid=one.uid, values=dict(one.values), at=host.base.utc(one.at),
+                until=host.base.utc(one.until), active=one.active,
+            )
+            for one in list(reversed(found))[:limit]
+        ]  # fmt: skip
+
     @made.get("/autopilot", Role.VIEW, "no_simulator", "no_autopilot")
     async def get_sim_autopilot(bench: TheBench) -> SimAutopilot:
         """Get the simulated autopilot."""
@@ -310,6 +460,25 @@ def routes(catalog: Catalog) -> Routes:
         await bench.set_autopilot(None)
 
     return made
+
+
+def _clock(host: Host) -> SimClock:
+    loop = asyncio.get_running_loop()
+    virtual = isinstance(loop, VirtualLoop)
+    speed = loop.speed if virtual else 1.0
+    return SimClock(
+        virtual=virtual, speed="max" if math.isinf(speed) else speed,
+        actual_speed=round(loop.actual_speed, 2) if virtual else 1.0, now=host.base.utc_now(),
+        elapsed_s=round(host.base.now() - host.started_at, 3),
+    )  # fmt: skip
+
+
+def _chaos(bench: Bench) -> SimChaos:
+    chaos = bench.chaos
+    return SimChaos(
+        running=chaos.running, seed=chaos.seed, kinds=list(chaos.kinds), interval_s=chaos.interval_s,
+        active=sum(one.active for one in chaos.injections), injected=chaos.injected,
+    )  # fmt: skip
 
 
 def _present_autopilot(bench: Bench) -> SimulatedAutopilot:
@@ -369,23 +538,10 @@ def _apply(catalog: Catalog, bench: Bench, uid: Uid, change: SimChange) -> None:
 
 
 def _behaviour(before: Behaviour, change: SimChange) -> Behaviour:
-    """Behaviour after the change. Raises InvalidValue for an unknown name or setting."""
-    wanted: dict[str, Any] = dict(change.behaviour or {})
+    """Behaviour after the change."""
+    wanted = {} if change.behaviour is None else change.behaviour.model_dump(exclude_none=True)
     if change.position_unit is not None:
         wanted["position_unit"] = change.position_unit
-    hints = get_type_hints(Behaviour)
-    _check_known(wanted, hints, "behaviour names")
-    for name, value in wanted.items():
-        kind = hints[name]
-        settings = get_args(kind) if get_origin(kind) is Literal else (True, False)
-        if value not in settings or isinstance(value, bool) is not (settings[0] is True):
-            raise InvalidValue(
-                f"Invalid value {value!r} of {name}. Valid values: {', '.join(map(str, settings))}.",
-                cause="setting_unknown",
-                name=name,
-                requested=str(value),
-                known=[str(one) for one in settings],
-            )
     return replace(before, **wanted)
 
 
@@ -406,8 +562,15 @@ def _truth(bench: Bench, uid: Uid) -> SimTruth:
     return SimTruth(
         uid=uid, plant=servo.conditions.plant, friction_factor=motion.friction, moved_s=motion.moved_s,
         horn_deg=motion.angle, motor_deg=motion.motor, speed_rpm=servo.speed_rpm, torque_pct=100.0 * motion.torque,
-        temperature_c=servo.board_c, supply_v=servo.supply_v,
+        temperature_c=servo.board_c, supply_v=servo.supply_v, angle_deg=servo.reported_angle_deg,
+        output=_OUTPUT[servo.output], faults=sorted(servo.faults.active),
+        ram=_values(servo, servo.in_use()), rom=_values(servo, servo.stored()), rom_sound=servo.memory.rom_sound,
     )  # fmt: skip
+
+
+def _values(servo: SimulatedServo, raws: Mapping[str, Raw]) -> dict[str, Value]:
+    rows = servo.model.parameters
+    return {key: to_value(rows[key], raw, raws) for key, raw in raws.items()}
 
 
 def _shown(bench: Bench, uid: Uid) -> SimServo:
@@ -432,6 +595,6 @@ def _shown(bench: Bench, uid: Uid) -> SimServo:
         faults=sorted(servo.faults.active),
         refuse_keys=sorted(conditions.refuse_keys),
         position_unit=servo.position_unit,
-        behaviour=asdict(servo.behaviour),
+        behaviour=servo.behaviour,
         **{name: getattr(conditions, name) for name in _CONDITIONS},
     )
