@@ -204,26 +204,27 @@ class PlanSteps:
 
     async def _do(self, run: PlanRun, target: PlanTarget, step: PlanStep) -> None:
         """Do one step on one servo, count it, and apply the stop rules."""
-        number = run.step_number
+        number, count = run.step_number, target.counts[run.step_number - 1]
         target.now_exceeded.clear()
         run.show_step(target, number, running=True, at=self._base.utc_now())
         run.show(self._base.now())
-        rule: Exception | None = None
+        rule: _EndRun | _Drop | None = None
+        problem: HornbillError | None = None
         try:
             await self._watched(run, target, step)
         except (_EndRun, _Drop) as reached:
             rule = reached
-        except HornbillError as problem:
-            if isinstance(problem, run.ENDS):
+        except HornbillError as error:
+            if isinstance(error, run.ENDS):
                 raise
-            target.counts[number - 1].runs += bool(target.now_exceeded)
+            problem, rule = error, _EndRun() if run.plan.stop.on_limit == "stop" else _Drop()
+        if problem is None or target.now_exceeded:
+            count.runs += 1
+            run.show_step(target, number, running=False, at=self._base.utc_now())
+        if problem is not None:
             if target.problem is None:  # an exceeded limit explains why the servo switched itself off
                 target.fail(problem)
             run.job.fail(target.plan_step_name(number), Evidence.of(problem))
-            rule = _EndRun() if run.plan.stop.on_limit == "stop" else _Drop()
-        else:
-            target.counts[number - 1].runs += 1
-            run.show_step(target, number, running=False, at=self._base.utc_now())
         if isinstance(rule, _EndRun):
             raise rule
         if rule is not None:
@@ -235,10 +236,7 @@ class PlanSteps:
             await self._motion.disable_torque(target.servo, "off", by=run.lease.holder)
 
     async def _watched(self, run: PlanRun, target: PlanTarget, step: PlanStep) -> None:
-        """Do the motion of a step while limits are checked, and check them once at its end.
-
-        A limit that a stop rule acts on ends the motion and is counted.
-        """
+        """Do the motion of a step while limits are checked, and check them once at its end."""
         moving = asyncio.create_task(self._move(run, target, step))
         watching = asyncio.create_task(self._watch(run, target))
         try:
@@ -253,10 +251,6 @@ class PlanSteps:
                         await self._sample(run, target)
                 raise
             await self._sample(run, target)
-        except (_EndRun, _Drop):
-            target.counts[run.step_number - 1].runs += 1
-            run.show_step(target, run.step_number, running=False, at=self._base.utc_now())
-            raise
         finally:
             moving.cancel()
             watching.cancel()
