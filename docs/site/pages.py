@@ -12,7 +12,7 @@ from sphinx.project import Project
 from sphinx.transforms import SphinxTransform
 
 MANUAL = "schemas/generated/parameters.md"
-COPIED = ("schemas/generated/openapi.json", "grafana/hornbill.json")
+COPIED = ("schemas/generated/openapi.json",)
 """Files offered for download."""
 
 

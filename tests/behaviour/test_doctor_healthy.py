@@ -119,6 +119,7 @@ async def test_all_checks_are_listed_on_request_and_send_nothing(rig: Rig) -> No
         "adapter", "bit_rate", "no_traffic", "bus_off", "errors_rising", "frames_dropped", "load_over_budget",
         "duplicate_node_id", "duplicate_servo_id", "second_allocator", "allocation_stuck", "silent_node",
         "responses_lost", "responses_slow", "servo_offline", "foreign_frames", "own_node_id", "other_commands",
+        "database", "computer_busy",
     }  # fmt: skip
     assert len({one["code"] for one in found}) == len(found)
     said = {one["code"]: one["evidence"] for one in found}

@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import Any, cast
 
 import pytest
+import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
 from behaviour.rig import PLAIN, Rig, Socket, json
 from behaviour.scene import scene
 from behaviour.test_roles import autopilot, command
 from hornbill.api.routes.server.metrics import PROCESS, TABLE
+from hornbill.api.routes.server.monitoring import ALERTS, DASHBOARD
 from hornbill.servo.device.servo import Servo
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -182,8 +184,9 @@ def _queries(part: Any) -> list[str]:
     return own + [text for one in members.values() for text in _queries(one)]
 
 
-def test_the_dashboard_uses_only_existing_metrics_and_labels() -> None:
-    dashboard = json_.loads((DOCS / "grafana" / "hornbill.json").read_text(encoding="utf-8"))
+def test_dashboard_and_alert_rules_use_only_existing_metrics_and_labels() -> None:
+    dashboard = json_.loads(DASHBOARD.read_text(encoding="utf-8"))
+    alerts = yaml.safe_load(ALERTS.read_text(encoding="utf-8"))
     samples: dict[str, set[str]] = {}
     for one in TABLE:
         labels = set(one.labels)
@@ -193,7 +196,7 @@ def test_the_dashboard_uses_only_existing_metrics_and_labels() -> None:
             samples |= {f"{one.name}_count": labels, f"{one.name}_sum": labels, f"{one.name}_bucket": labels | {"le"}}
         else:
             samples[one.name] = labels
-    queries = _queries(dashboard)
+    queries = _queries(dashboard) + _queries(alerts)
     named = {name for text in queries for name in re.findall(r"\bhornbill_\w+", text)}
     assert len(named) >= 20
     assert named <= set(samples)

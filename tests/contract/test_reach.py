@@ -151,6 +151,7 @@ NO_COMMAND: dict[str, str] = {
     "hornbill list shows all of it": "get_servo",
     "hornbill stop and hornbill watch show it": "get_stop",
     "for programs that poll": "get_telemetry",
+    "files for Prometheus and Grafana, by download": "get_alert_rules get_dashboard",
     "hornbill label also works for servos that are off": "label_servo",
     "hornbill faults list reads each servo": "read_faults",
     "hornbill autopilot verify prompts for each step": """
@@ -303,6 +304,7 @@ NO_METHOD: dict[str, str] = {
         get_sim_clock set_sim_clock get_sim_chaos start_sim_chaos stop_sim_chaos list_sim_injections""",
     "a file, by download or Hornbill.request": "export_profile export_telemetry_parquet import_profile",
     "hornbill tokens, with the data folder": "create_token list_tokens revoke_token",
+    "files for Prometheus and Grafana, by download": "get_alert_rules get_dashboard",
     "a program knows the streams it started": "list_streams",
     "an endless stream for programs without WebSocket; hornbill watch shows how to use the socket": "stream_events",
 }

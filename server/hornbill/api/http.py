@@ -34,7 +34,7 @@ from hornbill.api.routes.motion import (
     tuning,
 )
 from hornbill.api.routes.server import access as access_routes
-from hornbill.api.routes.server import audit, jobs, metrics, recorder, reports, schema, sim
+from hornbill.api.routes.server import audit, health, jobs, metrics, monitoring, recorder, reports, schema, sim
 from hornbill.api.routes.servos import faults, inventory, position_unit, servos, telemetry
 from hornbill.api.routing import Routes
 from hornbill.api.security.access import Access
@@ -150,4 +150,7 @@ def _parts(catalog: Catalog) -> list[Routes]:
         event_stream.routes,
         access_routes.routes,
         metrics.routes,
+        monitoring.routes,
+        health.routes,
+        health.probes,
     ]

@@ -64,6 +64,7 @@ def build(
     catalog = Catalog.load()
     poses = ViewFeed()
     viewer = Viewer(poses)
+    view_error = viewer.error if settings.view else None
     policy = local_policy(exposed.hosts, addresses=exposed.addresses)
 
     @asynccontextmanager
@@ -100,7 +101,9 @@ def build(
                 before_embedded=partial(_switch_on, app, chosen),
             )  # fmt: skip
             host = Host(
-                catalog, store, ports.open, _host_settings(settings, store), before_join=partial(_one_bus, chosen),
+                catalog, store, ports.open,
+                replace(_host_settings(settings, store), data_folder=folder, view_error=view_error),
+                before_join=partial(_one_bus, chosen),
                 wall=utc,
             )  # fmt: skip
             app.state.bus_log = bus_log = bus_log_of(host, folder / LOGS_FOLDER)

@@ -900,8 +900,12 @@ class Health(TypedDict):
     """State of the bus."""
     demo: bool
     """Simulated servos on an embedded bus."""
-    status: Literal["ok"]
-    """State of the server."""
+    parts: dict[str, Part]
+    """State of each part, by name."""
+    ready: bool
+    """No part has failed; `/ready` returns 200."""
+    status: PartState
+    """Worst state of the parts."""
     uptime_s: float
     """Time since its start, s."""
     version: str
@@ -1522,6 +1526,15 @@ class ParametersPatched(TypedDict):
     """Rows whose ROM value is known to differ, and requested rows."""
     rom_unknown: list[ParameterKey]
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
+
+
+class Part(TypedDict):
+    """State of one part of the server."""
+
+    findings: list[Finding]
+    """Why it is degraded or failed."""
+    state: PartState
+    """State of the part."""
 
 
 class PendingAllocation(TypedDict):
@@ -2808,6 +2821,9 @@ Advice: TypeAlias = Literal[
     "check_worst_cable",
     "check_computer",
     "check_supply",
+    "check_database",
+    "free_disk",
+    "see_server_log",
 ]
 AllocatorChoice: TypeAlias = Literal["on", "off", "force"]
 CautionCode: TypeAlias = Literal[
@@ -2913,6 +2929,10 @@ FindingCode: TypeAlias = Literal[
     "responses_slow",
     "servo_offline",
     "foreign_frames",
+    "database",
+    "disk_space",
+    "computer_busy",
+    "view",
     "no_bus",
     "adapter_failed",
     "adapter_lost",
@@ -3097,6 +3117,8 @@ ParameterKey: TypeAlias = Literal[
 ]
 Params: TypeAlias = dict[str, str | int | float | bool | list[str | int | float]]
 """Values in the text, by name with unit. Unknown values are omitted."""
+PartName: TypeAlias = Literal["store", "disk", "bus", "allocator", "view", "loop"]
+PartState: TypeAlias = Literal["ok", "degraded", "failed", "off"]
 PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
 Program: TypeAlias = Literal["ardupilot", "px4"]
 PwmModeChoice: TypeAlias = Literal["angle", "speed"]

@@ -38,6 +38,10 @@ Check = Literal[
     "responses_slow",
     "servo_offline",
     "foreign_frames",
+    "database",
+    "disk_space",
+    "computer_busy",
+    "view",
 ]
 """Code of a check that may have no finding."""
 
@@ -98,6 +102,9 @@ Advice = TypeAliasType(
         "check_worst_cable",
         "check_computer",
         "check_supply",
+        "check_database",
+        "free_disk",
+        "see_server_log",
     ],
 )
 """Code of a remedy. see_adapter_message: the message of the adapter is in the params, as a problem."""

@@ -6,6 +6,7 @@ import time
 from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 from hornbill.domain.note import Note
 from hornbill.domain.servo import PositionUnit
@@ -37,6 +38,7 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.device.temporary_values import OwedValues
 from hornbill.servo.device.turn_count import TurnCount
 from hornbill.servo.doctor.doctor import Doctor
+from hornbill.servo.doctor.server_record import ServerRecord
 from hornbill.servo.monitoring.activity import Activities
 from hornbill.servo.monitoring.bus_monitor import BusMonitor
 from hornbill.servo.monitoring.commanders import Commanders
@@ -88,6 +90,7 @@ from hornbill.servo.runtime.hub import (
 )
 from hornbill.servo.runtime.jobs import Jobs, RunningJob, Work
 from hornbill.servo.runtime.leases import Leases
+from hornbill.servo.runtime.loop_lag import LoopLag
 from hornbill.servo.runtime.stored_roles import StoredRoles
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.servo.torque_off.retries import TorqueOffRetries
@@ -133,7 +136,8 @@ class HostSettings:
 
     `allocator`: its mode, None for the last used. `position_unit`: forced for all servos without their own setting.
     `poll_budget`: share of the bus available to polling, 0 to 1. `telemetry_minutes`: retention per channel.
-    `compute` runs long computations.
+    `compute` runs long computations. `data_folder`: folder whose disk is watched. `view_error` returns why the 3D
+    view does not run, None if it does; without it the view is disabled.
     """
 
     node_id: int
@@ -144,6 +148,8 @@ class HostSettings:
     poll_budget: float = BUDGET
     telemetry_minutes: float = MINUTES
     compute: Compute = inline
+    data_folder: Path | None = None
+    view_error: Callable[[], str | None] | None = None
 
 
 async def _nothing(_address: str) -> None:
@@ -207,8 +213,7 @@ class Host:
         self.events: deque[tuple[float, LogEvent]] = deque(maxlen=MAX_EVENTS)
         """Recent events, each with its time, seconds since 1970 UTC."""
         self.hub.subscribe(self._note_event)
-        self._unlisten_store = store.listen(self._on_store_written)
-        self._store_failed = False
+        self.lag = LoopLag()
         self._reaches: frozenset[Uid] = frozenset()
         self.connection: Connection | None = None
         self._open_port = open_port
@@ -216,7 +221,7 @@ class Host:
         self._settings = settings
         self.counts = Counts(self.hub)
         self.requests = ServoRequests(
-            self.hub, self.base, self._participant, before_write={TIMEOUT: self._before_timeout}
+            self.hub, self.base, self._participant, self.lag, before_write={TIMEOUT: self._before_timeout}
         )  # fmt: skip
         self.audit = Audit(store.audit, self.hub)
         self.leases = Leases()
@@ -301,7 +306,10 @@ class Host:
         self.watch = BusWatch(self.hub, self.base, self.fleet, self.motion, self._bus_back)
         self.polling = Polling(self.requests, self.base, settings.poll_budget, LineBudget(self._port))
         self.activities = Activities(self.hub, self.base, self.polling, self.fleet.find, self.motion.is_commanded)
-        self.doctor = Doctor(self.base.now, self.fleet.all)
+        self.doctor = Doctor(
+            self.base.now, self.fleet.all,
+            ServerRecord(store, self.hub, self.base, self.lag, settings.data_folder, settings.view_error),
+        )  # fmt: skip
         self.hub.subscribe(self._on_seen, ServoSeen)
         self.hub.subscribe(lambda read: self.polling.begin(self.fleet.get(read.uid)), ServoRead)
         self.tap = FrameTap()
@@ -458,7 +466,7 @@ class Host:
         await self.stored_torque_off.close()
         await self.recorder.close()
         await self.audit.close()
-        self._unlisten_store()
+        self.doctor.of_server.close()
         await asyncio.gather(self._ticker, return_exceptions=True)
 
     def _participant(self) -> Participant | None:
@@ -534,13 +542,6 @@ class Host:
         if self.connection is not None:
             self.connection.allocator.listening_since = self.connection.participant.clock()
 
-    def _on_store_written(self, error: Exception | None) -> None:
-        """Publish a failed write to the database, once until a write succeeds."""
-        if error is not None and not self._store_failed:
-            text = f"Changes are not being stored and will be lost at a restart of the server: {error}"
-            self.hub.publish(LogEvent("failure", "store_failed", text, params={"what": "changes"}))
-        self._store_failed = error is not None
-
     def _note_event(self, change: Change) -> None:
         if isinstance(change, LogEvent):
             self.events.append((self.base.utc_now(), change))
@@ -559,15 +560,17 @@ class Host:
     async def _tick(self) -> None:
         rates = Rates()
         while True:
+            due = self.base.now() + TICK_S
             await asyncio.sleep(TICK_S)
             now = self.base.now()
+            self.lag.add(now, now - due)
             for part in (
                 self.watch.check,
                 self.motion_control.tick,
                 self.activities.tick,
                 self.commanders.tick,
                 self.verify_outputs.tick,
-                lambda now=now: self.fleet.tick(now, bus_gone=self.watch.gone),
+                lambda now=now: self.fleet.tick(now, self.lag, bus_gone=self.watch.gone),
                 lambda now=now: self.doctor.tick(now),
                 lambda now=now: self.allocating.tick(now),
                 self._follow_clock,

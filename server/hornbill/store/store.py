@@ -9,6 +9,7 @@ from typing import Final, ParamSpec, Self, TypeVar, cast
 
 from sqlalchemy import insert, select
 
+from hornbill.errors import StoreFailed
 from hornbill.store.allocations import AllocationStore
 from hornbill.store.audit import AuditLog
 from hornbill.store.database import Database
@@ -50,6 +51,8 @@ class Store:
         self.address = self._database.address
         """Address of the database without its password."""
         self._listeners: list[Callable[[Exception | None], object]] = []
+        self.failing_since: float | None = None
+        """When writes to the database began to fail, seconds since 1970 UTC. None if the last one succeeded."""
         now = self._now
         self.allocations = AllocationStore(self._database, now)
         self.servos = Servos(self._database, now)
@@ -87,6 +90,11 @@ class Store:
         self.audit = self._behind(self.audit, None, "add")
         self.jobs = self._behind(self.jobs, None, "put")
 
+    @property
+    def pending(self) -> int:
+        """Number of changes that are not in the database yet."""
+        return 0 if self._writer is None else self._writer.pending
+
     async def run(self, call: Callable[P, T], *args: P.args, **options: P.kwargs) -> T:
         """Execute a call in the database thread and wait for it. All earlier changes are then in the database, too.
 
@@ -94,7 +102,13 @@ class Store:
         database first. Raises the exception of `call`; then nothing has changed.
         """
         if isinstance(call, ChangeMethod):
-            return await call.durable(*args, **options)
+            try:
+                result = await call.durable(*args, **options)
+            except StoreFailed as error:
+                self._done(error)
+                raise
+            self._done(None)
+            return result
         if self._writer is None:
             return call(*args, **options)
         return await self._writer.run(lambda: call(*args, **options))
@@ -129,6 +143,10 @@ class Store:
         self._database.close()
 
     def _done(self, error: Exception | None) -> None:
+        if error is None:
+            self.failing_since = None
+        elif self.failing_since is None:
+            self.failing_since = self._wall()
         for listener in tuple(self._listeners):
             listener(error)
 

@@ -23,6 +23,8 @@ class Writer:
         self._wall = wall
         self._thread = ThreadPoolExecutor(1, "store")
         self._on_done = on_done
+        self.pending = 0
+        """Number of calls of `post` that have not ended."""
 
     def now(self) -> float:
         """In the thread: the time at which the running call was submitted. Elsewhere: the present time."""
@@ -41,6 +43,7 @@ class Writer:
     def post(self, call: Callable[[], object]) -> "asyncio.Future[object]":
         """Submit a call without a waiter. Its exception is logged and reported to `on_done`."""
         posted = self.run(call)
+        self.pending += 1
         posted.add_done_callback(self._done)
         return posted
 
@@ -49,6 +52,7 @@ class Writer:
         self._thread.shutdown(wait=True)
 
     def _done(self, posted: "asyncio.Future[object]") -> None:
+        self.pending -= 1
         error = None if posted.cancelled() else posted.exception()
         if error is not None:
             log.error("Store failed", exc_info=error)

@@ -62,6 +62,13 @@ class Viewer:
             return None
         return self.ready.result()
 
+    def error(self) -> str | None:
+        """Why the view cannot start or be drawn. None if it works, or was not needed yet."""
+        if self._closing or not self.ready.done():
+            return None
+        error = self.ready.exception()
+        return None if error is None else str(error) or type(error).__name__
+
     @property
     def watched(self) -> bool:
         """Whether a browser shows the servos of the bus."""

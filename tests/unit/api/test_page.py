@@ -3,6 +3,7 @@
 Without the documentation, or for a missing page of it, an error page names the remedy.
 """
 
+import re
 from pathlib import Path
 
 import httpx
@@ -10,6 +11,7 @@ import pytest
 
 from hornbill import resources
 from hornbill.api.http import create_api
+from hornbill.api.pages.page import PAGES
 from hornbill.schema.catalog import Catalog
 from unit.api.asgi import send
 
@@ -47,7 +49,27 @@ def get(
     return send(api, "GET", path, headers={"Accept-Language": language}, root=root)
 
 
-@pytest.mark.parametrize("path", ["/", "/servos", "/servos/0123/parameters"])
+def test_the_paths_of_the_page_are_those_of_its_router() -> None:
+    router = (Path(__file__).parents[3] / "web/src/bench/route.ts").read_text(encoding="utf-8")
+    alone = re.search(r"const ALONE = /\^\\/\((.*?)\)", router)
+    of_a_servo = re.search(r"const SERVO = .*\(\?:\\/\((.*?)\)\)\?", router)
+    assert alone is not None
+    assert of_a_servo is not None
+    paths = [*alone[1].split("|"), "api-page", "servos/matrix"]
+    paths += [f"servos/{'0' * 32}/{tab}" for tab in of_a_servo[1].split("|")]
+    assert len(paths) > 10
+    assert [path for path in paths if not PAGES.fullmatch(path)] == []
+
+
+@pytest.mark.parametrize("path", ["/healthz", "/redoc", "/nothing", "/servos/0123/parameters", "/api", "/servos/x/y"])
+def test_other_paths_are_not_the_page(path: str, folder: Path) -> None:
+    response = get(path, folder)
+    assert response.status_code == 404
+    assert "<title>" not in response.text
+    assert len(response.text) < 100
+
+
+@pytest.mark.parametrize("path", ["/", "/servos", f"/servos/{'01' * 16}/parameters", "/bus/"])
 def test_every_path_of_the_page_opens_it(path: str, folder: Path) -> None:
     response = get(path, folder)
     assert response.status_code == 200

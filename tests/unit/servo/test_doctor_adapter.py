@@ -13,6 +13,12 @@ from hornbill.errors import PortError, PortOpenFailed
 from hornbill.node.allocator import Allocator
 from hornbill.node.directory import Directory
 from hornbill.servo.doctor.doctor import Doctor
+from hornbill.servo.doctor.server_record import ServerRecord
+from hornbill.servo.runtime.hub import Hub
+from hornbill.servo.runtime.loop_lag import LoopLag
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.store.store import Store
+from hornbill.units import Instant
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from hornbill.wire.port import PortState
 from hornbill.wire.transfer import Kind, Transfer, split
@@ -64,6 +70,12 @@ class Case:
         return found
 
 
+def doctor_of(clock: Callable[[], Instant]) -> Doctor:
+    """A doctor without servos, of a server whose database is in memory."""
+    server = ServerRecord(Store("sqlite://"), Hub(), TimeBase(clock), LoopLag())
+    return Doctor(clock, list, server)
+
+
 @asynccontextmanager
 async def on_port(
     address: str = "socketcan:can0", bitrate: int = 1_000_000, state: PortState = PortState.ACTIVE
@@ -72,7 +84,7 @@ async def on_port(
     port = RecordingPort()
     port.address, port.bitrate, port.state = address, bitrate, state
     node = participant(port)
-    doctor = Doctor(asyncio.get_running_loop().time, list)
+    doctor = doctor_of(asyncio.get_running_loop().time)
     directory = Directory()
     doctor.follow(port, node, Allocator(MemoryTable(), own_ids=frozenset({127}), known_nodes=directory), directory)
     node.start()
@@ -103,7 +115,7 @@ def test_an_interface_that_is_down_or_has_another_bit_rate(
 ) -> None:
     fault = socketcan.fault_of(interface, 1_000_000)
     assert fault is not None
-    doctor = Doctor(lambda: 0.0, list)
+    doctor = doctor_of(lambda: 0.0)
     doctor.could_not_open("socketcan:can0", refused(fault))
     (found,) = doctor.findings()
     assert (found.code, found.severity) == (code, "failure")
@@ -245,7 +257,14 @@ async def test_only_the_identity_of_nodes_is_checked_in_a_recording() -> None:
         await case.live(30)
         assert case.doctor.findings() == []
         listed = {one.code for one in case.doctor.findings(everything=True)}
-    assert listed == {"adapter", "duplicate_node_id", "duplicate_servo_id", "foreign_frames"}
+    assert listed == {
+        "adapter",
+        "duplicate_node_id",
+        "duplicate_servo_id",
+        "foreign_frames",
+        "database",
+        "computer_busy",
+    }
 
 
 async def test_bus_off_is_a_failure_while_the_adapter_is_reopened(case: Case) -> None:

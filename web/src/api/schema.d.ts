@@ -613,7 +613,7 @@ export interface paths {
         };
         /**
          * Get health
-         * @description Check that the server is running.
+         * @description Get the state of the server and of its parts.
          */
         get: operations["get_health"];
         put?: never;
@@ -912,6 +912,46 @@ export interface paths {
          * @description Release a lease. Torque goes off on the servos commanded under it. A pending request is then granted.
          */
         delete: operations["release_lease"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/monitoring/alerts.yaml": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get alert rules
+         * @description Alert rules for Prometheus: add the file to its `rule_files`.
+         */
+        get: operations["get_alert_rules"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/monitoring/dashboard.json": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get dashboard
+         * @description Dashboard for Grafana: import the file.
+         */
+        get: operations["get_dashboard"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -3793,7 +3833,7 @@ export interface components {
             text: string;
         };
         /** @enum {string} */
-        Advice: "connect_adapter" | "check_adapter" | "see_adapter_message" | "check_timing_and_wiring" | "find_short" | "set_bit_timing" | "set_bit_rate" | "check_wires" | "check_wires_and_baud" | "free_serial_line" | "check_plugs" | "slow_sender" | "reduce_computer_load" | "none_needed" | "renumber_node" | "change_own_node_id" | "close_program" | "assign_servo_ids" | "turn_off_commander" | "renumber_servos" | "keep_one_allocator" | "turn_allocator_on" | "free_node_id" | "check_node_and_restart" | "check_node" | "check_cable_and_restart" | "check_worst_cable" | "check_computer" | "check_supply";
+        Advice: "connect_adapter" | "check_adapter" | "see_adapter_message" | "check_timing_and_wiring" | "find_short" | "set_bit_timing" | "set_bit_rate" | "check_wires" | "check_wires_and_baud" | "free_serial_line" | "check_plugs" | "slow_sender" | "reduce_computer_load" | "none_needed" | "renumber_node" | "change_own_node_id" | "close_program" | "assign_servo_ids" | "turn_off_commander" | "renumber_servos" | "keep_one_allocator" | "turn_allocator_on" | "free_node_id" | "check_node_and_restart" | "check_node" | "check_cable_and_restart" | "check_worst_cable" | "check_computer" | "check_supply" | "check_database" | "free_disk" | "see_server_log";
         /**
          * AdviceItem
          * @description One point to check before the first flight.
@@ -5246,7 +5286,7 @@ export interface components {
             uids: string[];
         };
         /** @enum {string} */
-        FindingCode: "adapter" | "bus_off" | "bit_rate" | "no_traffic" | "own_node_id" | "duplicate_node_id" | "duplicate_servo_id" | "servos_without_id" | "other_commands" | "second_allocator" | "allocation_stuck" | "frames_dropped" | "errors_rising" | "load_over_budget" | "serial_line_full" | "silent_node" | "responses_lost" | "responses_slow" | "servo_offline" | "foreign_frames" | "no_bus" | "adapter_failed" | "adapter_lost" | "interface_down" | "sample_point" | "only_errors" | "unacknowledged" | "nothing_received" | "makers_program" | "allocator_off" | "allocation_refused" | "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer" | "not_listen_only";
+        FindingCode: "adapter" | "bus_off" | "bit_rate" | "no_traffic" | "own_node_id" | "duplicate_node_id" | "duplicate_servo_id" | "servos_without_id" | "other_commands" | "second_allocator" | "allocation_stuck" | "frames_dropped" | "errors_rising" | "load_over_budget" | "serial_line_full" | "silent_node" | "responses_lost" | "responses_slow" | "servo_offline" | "foreign_frames" | "database" | "disk_space" | "computer_busy" | "view" | "no_bus" | "adapter_failed" | "adapter_lost" | "interface_down" | "sample_point" | "only_errors" | "unacknowledged" | "nothing_received" | "makers_program" | "allocator_off" | "allocation_refused" | "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer" | "not_listen_only";
         /**
          * Forecast
          * @description Effect of a restart on the horn, and its risks.
@@ -5520,11 +5560,14 @@ export interface components {
             bus: string;
             /** @description Simulated servos on an embedded bus. */
             demo: boolean;
-            /**
-             * @description State of the server.
-             * @constant
-             */
-            status: "ok";
+            /** @description State of each part, by name. */
+            parts: {
+                [key: string]: components["schemas"]["Part"];
+            };
+            /** @description No part has failed; `/ready` returns 200. */
+            ready: boolean;
+            /** @description Worst state of the parts. */
+            status: components["schemas"]["PartState"];
             /** @description Time since its start, s. */
             uptime_s: number;
             /** @description Version of hornbill. */
@@ -6947,6 +6990,20 @@ export interface components {
         Params: {
             [key: string]: string | number | boolean | (string | number)[];
         };
+        /**
+         * Part
+         * @description State of one part of the server.
+         */
+        Part: {
+            /** @description Why it is degraded or failed. */
+            findings: components["schemas"]["Finding"][];
+            /** @description State of the part. */
+            state: components["schemas"]["PartState"];
+        };
+        /** @enum {string} */
+        PartName: "store" | "disk" | "bus" | "allocator" | "view" | "loop";
+        /** @enum {string} */
+        PartState: "ok" | "degraded" | "failed" | "off";
         /**
          * PendingAllocation
          * @description A pending node ID request and its progress.
@@ -11808,6 +11865,48 @@ export interface operations {
             /** @description `unknown_lease` */
             404: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_alert_rules: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/yaml": unknown;
+                };
+            };
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    get_dashboard: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
             default: components["responses"]["CommonProblem"];
         };
     };

@@ -63,6 +63,10 @@ export const words = {
     serial_line_full: () => "シリアル回線に余裕あり",
     servo_offline: () => "検出後に途絶えたサーボなし",
     foreign_frames: () => "DroneCANフレームのみ",
+    database: () => "変更は保存されています",
+    disk_space: () => "ディスクに空きあり",
+    computer_busy: () => "このコンピュータの処理は間に合っています",
+    view: () => "3D表示は正常",
   },
   wrong: {
     no_bus: () => "バスに未接続",
@@ -107,6 +111,12 @@ export const words = {
     responses_lost: () => "応答の欠落",
     responses_slow: () => "応答の遅れ",
     servo_offline: p => `${p.servo}がオフライン`,
+    database: () => "変更が保存されていません",
+    disk_space: p =>
+      p.full ? "データフォルダのディスクに空きがありません" : "データフォルダのディスクの空きがわずか",
+    computer_busy: () =>
+      "このコンピュータが混み合っています: サーボの応答遅れや途絶は見かけだけの場合があります",
+    view: () => "3D表示を実行できません",
   },
   evidence: {
     well: {
@@ -143,6 +153,10 @@ export const words = {
         `中央値${p.median_ms}、最大${p.slowest_ms}（ノード${p.node}）、${p.over_s}に応答${p.responses}件`,
       servo_offline: p => `接続後のサーボ${p.servos}台`,
       foreign_frames: p => `${p.over_s}に0件`,
+      database: p => `未保存の変更${p.pending}件`,
+      disk_space: p => `空き${p.free_mb}、全体${p.total_mb}`,
+      computer_busy: p => `直近${p.over_s}の処理の遅れは最大${p.lag_s}`,
+      view: () => "ページで表示したときに起動します",
     },
     wrong: {
       not_listen_only: p => notes.not_listen_only({ command: p.command ?? "" }),
@@ -217,6 +231,10 @@ export const words = {
       responses_slow: p =>
         `中央値${p.median_ms}、最大${p.slowest_ms}（ノード${p.node}）、${p.over_s}に応答${p.responses}件。中央値が${p.limit_ms}を超えるノード${p.nodes}`,
       servo_offline: p => line(`最後の受信は${p.last_seen_s}前`, p.node && `ノード${p.node}`),
+      database: p => line(`${p.failing_s}前から`, `未保存の変更${p.pending}件`, p.error),
+      disk_space: p => `空き${p.free_mb}、全体${p.total_mb}`,
+      computer_busy: p => `直近${p.over_s}の処理の遅れは最大${p.lag_s}`,
+      view: p => p.error ?? "",
     },
   },
   refusal: refusals,
@@ -268,5 +286,9 @@ export const words = {
     check_supply: () => "電源を確認し、次にケーブルを確認してください。",
     check_cable_and_restart: () =>
       "送信はしていますが受信していないか、サーボではありません。ケーブルを確認し、電源を入れ直してください。",
+    check_database: () =>
+      "データベースが動作していること、そのディスクに書き込めて空きがあることを確認してください。",
+    free_disk: () => "不要なログと記録を削除するか、ほかの方法で空きを作ってください。",
+    see_server_log: () => "サーバのログを確認してください。ほかの機能は使用できます。",
   },
 } satisfies Translated<typeof english>;

@@ -34,12 +34,18 @@ HEADERS = {"Content-Security-Policy": CSP, "X-Content-Type-Options": "nosniff", 
 _RELATIVE: Final = ('="./', '="{root}/')
 """File references in the built page, and as served: absolute, because page paths have any depth."""
 _ROOT: Final = ('name="hornbill-root" content=""', 'name="hornbill-root" content="{root}"')
+PAGES: Final = re.compile(
+    r"(?:|servos|commission|tune|faults|bus|recorder|records|scope|api-page|servos/matrix"
+    r"|servos/[0-9a-f]{32}(?:/(?:parameters|motion|tune|faults))?)/?"
+)
+"""Paths of the page, as in `web/src/bench/route.ts`; all others are not found."""
+
 _SCRIPTS: Final = re.compile(r'\s*(?:<script type="module"[^>]*></script>|<link rel="modulepreload"[^>]*>)')
 NOT_BUILT = "The page is not built. Run 'make build' (needs Node 20 or later), then start hornbill again.\n"
 
 
 def routes(find: Callable[[], Path | None]) -> Routes:
-    """Routes that serve the page under every path that is neither API nor file, because links are paths of the page."""
+    """Routes that serve the files of the page, and the page itself under its own paths."""
 
     made = Routes("page", prefix="")
 
@@ -57,8 +63,11 @@ def routes(find: Callable[[], Path | None]) -> Routes:
             return FileResponse(file, headers={**HEADERS, "Cache-Control": cache})
         if "." in path.rsplit("/", 1)[-1]:
             raise HTTPException(404, "File not found")
+        root = str(request.scope.get("root_path", ""))
+        if not PAGES.fullmatch(path):
+            return PlainTextResponse(f"Not found. The page is at {root}/\n", 404, headers=HEADERS)
         index = folder / "index.html"
-        html = _index(index, index.stat().st_mtime_ns, str(request.scope.get("root_path", "")))
+        html = _index(index, index.stat().st_mtime_ns, root)
         return Response(html, media_type="text/html; charset=utf-8", headers={**HEADERS, "Cache-Control": "no-cache"})
 
     return made

@@ -40,7 +40,7 @@ WORDS: Final = {role.word: role for role in Role}
 ROW: Final = "hornbill.row"
 """Key of a request's RouteRole in its ASGI scope; the value is None if no route matches."""
 
-_BEHIND: Final = ("/api/", "/viser", "/metrics")
+_BEHIND: Final = ("/api/", "/viser", "/metrics", "/health", "/ready")
 """Path prefixes that are not files of the page."""
 
 _LONGEST: Final = 200

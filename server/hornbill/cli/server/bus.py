@@ -6,6 +6,7 @@ import typer
 
 from hornbill.cli.confirm import Yes, require_confirmation
 from hornbill.cli.connection import LOCAL_URL, AsJson, Server, client
+from hornbill.cli.failing import Exit
 from hornbill.cli.showing import cell, instant, print_json, print_table
 
 if TYPE_CHECKING:
@@ -180,13 +181,20 @@ def leases(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
 
 
 def health(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
-    """Show version, uptime and bus state of the server."""
+    """Show version, uptime and parts of the server. The exit code is 1 if a part has failed."""
     with client(server) as hornbill:
         found = hornbill.health()
     if as_json:
         print_json(found)
     else:
         print(f"hornbill {found['version']}, uptime {found['uptime_s']:.0f} s, bus {found['bus']}")
+        rows = [
+            (name, part["state"], " ".join(one["text"] for one in part["findings"]))
+            for name, part in found["parts"].items()
+        ]
+        print_table(("part", "state", "finding"), rows)
+    if not found["ready"]:
+        raise typer.Exit(Exit.FAILED)
 
 
 def _uid(hornbill: "Hornbill", name: str) -> str:

@@ -32,6 +32,7 @@ from hornbill.servo.runtime.hub import (
     ServoRead,
     ServoSeen,
 )
+from hornbill.servo.runtime.loop_lag import LAG_S, WINDOW_S, LoopLag
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, NodeId, Uid
 from hornbill.wire.messages import ActuatorStatus, ArrayCommand, Mode, NodeStatus
@@ -305,15 +306,17 @@ class Fleet:
             if servo.servo_id in ids or EVERY_SERVO in ids:
                 servo.output.commanded(transfer.at)
 
-    def tick(self, now: Instant, *, bus_gone: bool = False) -> None:
-        """Detect offline servos and timeouts. Call several times a second. No servo events while the bus is lost."""
+    def tick(self, now: Instant, lag: LoopLag, *, bus_gone: bool = False) -> None:
+        """Detect offline servos and timeouts. Call several times a second. No servo events while the bus is lost.
+
+        After a lag, servos are not offline before the frames that arrived meanwhile are processed.
+        """
         for node, servo in self._by_node.items():
-            if servo.online and not self._directory.is_online(node, now):
+            if servo.online and lag.last_s < LAG_S and not self._directory.is_online(node, now):
                 servo.online = False
                 self._hub.publish(ServoChanged(servo.uid))
                 if servo.busy is None and not bus_gone:
-                    text = f"{servo.title} went offline."
-                    self._hub.publish(LogEvent("warning", "offline", text, servo.uid, {"servo": servo.title}))
+                    self._hub.publish(_offline(servo, lag.worst_s(now - WINDOW_S)))
             timeout_ms = None if servo.output.commanded_at is None else servo.raw("timeout_time")
             if timeout_ms is not None and servo.output.check_timeout(now, timeout_ms / 1000):
                 self._hub.publish(ServoChanged(servo.uid))
@@ -524,3 +527,12 @@ class Fleet:
         for key in servo.registers:
             self._hub.publish(ReadingChanged(servo.uid, key))
         self._hub.publish(ServoChanged(servo.uid))
+
+
+def _offline(servo: Servo, lag_s: float) -> LogEvent:
+    """Event for a servo that is silent. `lag_s`: recent lag of this computer, s, which may be the reason."""
+    text, params = f"{servo.title} went offline.", dict[str, object](servo=servo.title)
+    if lag_s:
+        text += f" This computer was busy: hornbill ran up to {lag_s:.2f} s late, so it may have missed messages."
+        params["lag_s"] = round(lag_s, 3)
+    return LogEvent("warning", "offline", text, servo.uid, params)

@@ -16,6 +16,7 @@ from hornbill.servo.device.permission import check_series, unknown_series
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.histogram import Histogram
 from hornbill.servo.runtime.hub import Hub, ReadingChanged, Sampled, ServoChanged
+from hornbill.servo.runtime.loop_lag import LoopLag
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant, Raw
 from hornbill.wire.messages import ActuatorCommand, ArrayCommand
@@ -88,9 +89,15 @@ class ServoRequests:
     """Reads and writes registers through the currently connected participant."""
 
     def __init__(
-        self, hub: Hub, base: TimeBase, participant: Callable[[], Participant | None], before_write: BeforeWrite
+        self,
+        hub: Hub,
+        base: TimeBase,
+        participant: Callable[[], Participant | None],
+        lag: LoopLag,
+        before_write: BeforeWrite,
     ) -> None:
-        """`participant` returns our node on the currently connected bus."""
+        """`participant` returns our node on the currently connected bus. `lag`: lag of the event loop."""
+        self.lag = lag
         self.read_interval_s = 0.0
         """Minimum time between two reads, for a guest. 0: unlimited."""
         self._read_at: Instant = float("-inf")
@@ -300,12 +307,16 @@ class _Counted:
         requests.outcomes[policy.kind, "no_response"] += 1
         title = f"node {self._node_id}" if self._servo is None else self._servo.title
         tries = "1 try" if policy.tries == 1 else f"{policy.tries} tries"
-        raise NoResponse(
+        lacking = NoResponse(
             f"{title} did not respond in {tries} of {policy.timeout_s * 1000:.0f} ms. Check its supply and the wiring.",
             node_id=self._node_id,
             cause="servo_not_responding",
             servo=title,
-        ) from None
+        )
+        if lag_s := requests.lag.worst_s(self._began):
+            text = f" This computer was busy: hornbill ran up to {lag_s:.2f} s late. Reduce its load, then try again."
+            lacking.extend(after=text, also="computer_busy", lag_s=round(lag_s, 3))
+        raise lacking from None
 
 
 def _disables_output(parameter: Parameter, raw: Raw) -> bool:

@@ -1,4 +1,4 @@
-"""Diagnosis of one connection, in a fixed order: causes without their consequences."""
+"""Diagnosis of one connection and of this server, in a fixed order: causes without their consequences."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
@@ -9,8 +9,9 @@ from hornbill.node.allocator import Allocator
 from hornbill.node.directory import Directory
 from hornbill.node.participant import Participant
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.doctor import adapter, allocation, identity, programs, responses, traffic
+from hornbill.servo.doctor import adapter, allocation, identity, programs, responses, server, traffic
 from hornbill.servo.doctor.record import Record
+from hornbill.servo.doctor.server_record import ServerRecord
 from hornbill.units import Instant
 from hornbill.wire.port import CanPort
 
@@ -35,6 +36,8 @@ _NO_RECEPTION: Final = frozenset(("only_errors", "unacknowledged", "no_traffic",
 _EXPLAINS: Final[Mapping[str, frozenset[str]]] = {
     "duplicate_node_id": frozenset(("errors_rising", "responses_lost", "responses_slow", "servo_offline")),
     "frames_dropped": frozenset(("responses_lost",)),
+    "computer_busy": frozenset(("frames_dropped", "responses_lost", "responses_slow", "servo_offline")),
+    "disk_space": frozenset(("database",)),
     "serial_line_full": frozenset(("responses_slow", "responses_lost")),
     "errors_rising": frozenset(("responses_lost", "responses_slow")),
     "load_over_budget": frozenset(("responses_slow", "responses_lost")),
@@ -49,10 +52,13 @@ _RANK: Final = {"failure": 0, "warning": 1, "notice": 2, "ok": 3}
 class Doctor:
     """Collects facts (`follow`, `tick`) and reports findings. Never sends anything."""
 
-    def __init__(self, clock: Callable[[], Instant], servos: Callable[[], Sequence[Servo]]) -> None:
-        """`servos` returns the servos of the fleet."""
+    def __init__(
+        self, clock: Callable[[], Instant], servos: Callable[[], Sequence[Servo]], of_server: ServerRecord
+    ) -> None:
+        """`servos` returns the servos of the fleet. `of_server`: facts about this server."""
         self._clock = clock
         self._servos = servos
+        self.of_server = of_server
         self._record: Record | None = None
         self._failure: tuple[str, PortError] | None = None
 
@@ -71,12 +77,13 @@ class Doctor:
 
     def tick(self, now: Instant) -> None:
         """Sample the counters. Call it several times a second."""
+        self.of_server.tick(now)
         if self._record is not None:
             self._record.tick(now)
 
     def findings(self, *, everything: bool = False) -> list[Finding]:
         """Findings, most severe first, without consequences. `everything`: also checks without finding."""
-        found = self._examine()
+        found = self.checks()
         hidden: set[str] = set()
         for one in found:
             if one.severity != "ok":
@@ -84,6 +91,10 @@ class Doctor:
         wrong = [one for one in found if one.severity != "ok" and one.code not in hidden]
         well = [one for one in found if one.severity == "ok"] if everything else []
         return sorted(wrong + well, key=lambda one: _RANK[one.severity])
+
+    def checks(self) -> list[Finding]:
+        """Results of all checks, also those without finding and those that are consequences of others."""
+        return self._examine() + [one for check in server.CHECKS for one in check(self.of_server)]
 
     def _examine(self) -> list[Finding]:
         record = self._record

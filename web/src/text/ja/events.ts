@@ -111,7 +111,7 @@ export const happened = {
   ready: p => `${p.servo}をノード${p.node_id}で検出しました。`,
   offline: p =>
     p.node_id === undefined
-      ? `${p.servo}の通信が途絶えました。`
+      ? `${p.servo}の通信が途絶えました。${p.lag_s ? `このコンピュータが混み合い、処理が最大${p.lag_s}遅れたため、受信漏れの可能性があります。` : ""}`
       : `${p.servo}がいなくなりました。ノードID ${p.node_id}を別のノードが使っています。`,
   restarted: p =>
     `${p.servo}が自ら再起動しました。RAMだけの値は失われました。ホーンがソフトスタートで0°へ動くことがあります。`,

@@ -157,6 +157,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   commands_interrupted: p => `${p.servo}への指令が途切れていました。`,
   commands_unsupported: p =>
     `${p.servo}は${KIND[p.kind ?? ""] ?? p.kind}指令を受け付けません。0x25はファームウェア${p.since}からです。角度を指令してください。`,
+  computer_busy: p =>
+    `このコンピュータが混み合い、処理が最大${p.lag_s}遅れました。負荷を減らしてから、もう一度実行してください。`,
   control_request_not_found: () => `この要求はもうありません。もう一度要求してください。`,
   control_transfer_in_progress: () => `動作権がちょうど移るところです。1秒後にやり直してください。`,
   control_transfer_pending: p =>

@@ -1,16 +1,15 @@
-"""Routes of the bus and of server health."""
+"""Routes of the bus."""
 
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import Annotated
 
-from fastapi import Query, Request
+from fastapi import Query
 from pydantic import Field
 
-from hornbill import __version__
 from hornbill.api import present, remedies
 from hornbill.api.dependencies import TheAdapters, TheHost
 from hornbill.api.routing import Routes
-from hornbill.api.security.roles import LOCAL, Role
+from hornbill.api.security.roles import Role
 from hornbill.domain.bus import Adapter, Bus, ConnectionRoleChoice, ConnectionRoleName, Finding
 from hornbill.domain.fields import Model
 from hornbill.wire.port import split_frame_gap
@@ -43,16 +42,6 @@ class RoleChange(Model):
     """Connection role on the connected bus."""
 
     role: ConnectionRoleName = Field(description="New role.")
-
-
-class Health(Model):
-    """Health of the server."""
-
-    status: Literal["ok"] = Field(description="State of the server.")
-    version: str = Field(description="Version of hornbill.")
-    uptime_s: float = Field(description="Time since its start, s.")
-    bus: str = Field(description="State of the bus.")
-    demo: bool = Field(description="Simulated servos on an embedded bus.")
 
 
 @routes.get("/bus", Role.VIEW)
@@ -106,15 +95,3 @@ async def disconnect_bus(host: TheHost) -> Bus:
     """Disconnect the bus. Torque goes off first on servos under command."""
     await host.disconnect()
     return present.bus(host)
-
-
-@routes.get("/health", LOCAL, tags=["server"])
-async def get_health(host: TheHost, request: Request) -> Health:
-    """Check that the server is running."""
-    return Health(
-        status="ok",
-        version=__version__,
-        uptime_s=round(host.base.now() - host.started_at, 1),
-        bus=present.bus(host).state,
-        demo=bool(request.app.state.demo),
-    )

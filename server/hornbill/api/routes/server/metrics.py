@@ -13,6 +13,7 @@ from hornbill import __version__
 from hornbill.api.dependencies import TheHost
 from hornbill.api.live.event_log import EventLog
 from hornbill.api.meter import Measures
+from hornbill.api.routes.server.health import STATES, parts_of
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.node.role import ConnectionRole
@@ -45,6 +46,14 @@ class Shown(NamedTuple):
 _ROWS: Final[tuple[tuple[str, Kind, str, tuple[str, ...]], ...]] = (
     ("build_info", "gauge", "Always 1; the version is in the labels.", ("version", "python")),
     ("uptime_seconds", "gauge", "Time since the server started.", ()),
+    ("part_state", "gauge", "1 for the current state of each part of the server, 0 for the others.", ("part", "state")),
+    ("store_failures", "counter", "Failed writes to the database.", ()),
+    ("store_pending_writes", "gauge", "Changes that are not yet in the database.", ()),
+    ("store_failing_seconds", "gauge", "Time since writes to the database began to fail. 0 while they succeed.", ()),
+    ("disk_free_bytes", "gauge", "Free space on the disk of the data folder. Absent if unknown.", ()),
+    ("disk_total_bytes", "gauge", "Size of the disk of the data folder. Absent if unknown.", ()),
+    ("loop_lag_seconds", "histogram", "Lag of the event loop, measured 40 times a second.", ()),
+    ("loop_lag_recent_seconds", "gauge", "Longest lag of at least 0.05 s in the last 10 s, otherwise 0.", ()),
     ("http_request_seconds", "histogram",
      "Duration of requests to the end of the response. 499: the client disconnected.", ("method", "route", "status")),
     ("http_requests_in_progress", "gauge", "Requests in progress.", ()),
@@ -141,6 +150,7 @@ def collect(host: Host, measures: Measures, log: EventLog | None) -> Iterator[Me
     """Current values of all metrics. `log`: event log, None without live clients."""
     yield _family("build_info", [((__version__, platform.python_version()), 1)])
     yield _family("uptime_seconds", [((), host.base.now() - host.started_at)])
+    yield from _server(host)
     yield _spreads(
         "http_request_seconds",
         [((method, route, str(status)), one) for (method, route, status), one in measures.requests.items()],
@@ -156,6 +166,19 @@ def collect(host: Host, measures: Measures, log: EventLog | None) -> Iterator[Me
     yield from _servos(host)
     yield from _motion(host)
     yield from ProcessCollector(registry=None).collect()
+
+
+def _server(host: Host) -> Iterator[Metric]:
+    server, parts = host.doctor.of_server, parts_of(host)
+    states = [((name, state), part.state == state) for name, part in parts.items() for state in STATES]
+    yield _family("part_state", states)
+    yield _family("store_failures", [((), server.failures)])
+    yield _family("store_pending_writes", [((), server.store.pending)])
+    yield _family("store_failing_seconds", [((), server.failing_s or 0)])
+    for name, place in (("disk_free_bytes", 0), ("disk_total_bytes", 1)):
+        yield _family(name, [] if server.disk is None else [((), server.disk[place])])
+    yield _spreads("loop_lag_seconds", [((), host.lag.lags)])
+    yield _family("loop_lag_recent_seconds", [((), server.lag_s)])
 
 
 def _bus(host: Host) -> Iterator[Metric]:
