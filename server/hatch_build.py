@@ -1,5 +1,7 @@
-"""Build hook: adds parameter tables, page and documentation to the wheel, except for editable installs."""
+"""Build hook: adds commit, parameter tables, page and documentation to the wheel, except for editable installs."""
 
+import os
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,11 @@ class CustomBuildHook(BuildHookInterface):
         if version == "editable":
             return
         root = Path(self.root)
+        commit = self._commit(root)
+        if self.target_name == "sdist":
+            build_data["force_include"][str(commit)] = "commit"
+            return
+        build_data["force_include"][str(commit)] = "hornbill/_data/commit"
         page = root / "web" / "dist"
         if not (page / "index.html").is_file():
             raise RuntimeError(f"The page is not built: {page} has no index.html. Run 'make build'.")
@@ -21,3 +28,16 @@ class CustomBuildHook(BuildHookInterface):
         docs = root / "docs" / "dist"
         if (docs / "index.html").is_file():
             build_data["force_include"][str(docs)] = "hornbill/_data/docs"
+
+    def _commit(self, root: Path) -> Path:
+        """File with the commit: that of an sdist, else of HORNBILL_COMMIT (without a repository), else of git."""
+        if (root / "PKG-INFO").is_file() and (root / "commit").is_file():
+            return root / "commit"
+        found = os.environ.get("HORNBILL_COMMIT", "")
+        if not found and (root / ".git").exists():
+            described = ("git", "-C", str(root), "describe", "--always", "--dirty=+", "--abbrev=12", "--exclude=*")
+            found = subprocess.run(described, capture_output=True, text=True, check=False).stdout.strip()
+        folder = root / "build"
+        folder.mkdir(exist_ok=True)
+        (folder / "commit").write_text(found, encoding="ascii")
+        return folder / "commit"

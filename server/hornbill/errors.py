@@ -3,6 +3,7 @@
 HornbillError
 ├── TableError            bad_table: a mistake in schemas/, with file and row
 ├── StoreFailed           store_failed: the database cannot be opened, is damaged or was written by a newer hornbill
+├── CannotStart           cannot_start: settings, access, certificate or port; the server does not start
 ├── LogFailed             log_failed: a recording of frames cannot be read or written
 ├── PortError             bus_trouble: an adapter or bus fault reported by a port
 │   ├── PortOpenFailed    bus_open_failed: an address cannot be opened; with the remedy
@@ -188,10 +189,24 @@ class TableError(HornbillError):
 
 
 class StoreFailed(HornbillError):
-    """The database cannot be opened, is damaged, or was written by a newer hornbill."""
+    """The database cannot be opened, is damaged, or was written by a newer hornbill.
+
+    Facts when opening: `reason`, and `retry`: whether the same may succeed later without a correction.
+    """
 
     code = "store_failed"
     title = "Database unavailable"
+
+
+class CannotStart(HornbillError):
+    """The server cannot start. Nothing listens, and no bus was opened.
+
+    Facts: `part` (settings, access, certificate, port, bus), and `retry`: whether the same may succeed later without a
+    correction.
+    """
+
+    code = "cannot_start"
+    title = "Server cannot start"
 
 
 class LogFailed(HornbillError):

@@ -1,5 +1,6 @@
-"""Locations of the parameter tables, the built page and the built documentation, in a wheel or a checkout."""
+"""Locations of the parameter tables, the built page and documentation, and the commit, in a wheel or a checkout."""
 
+import subprocess
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -31,6 +32,20 @@ def docs() -> Path | None:
         if (folder / "index.html").is_file():
             return folder
     return None
+
+
+def commit() -> str | None:
+    """Commit of the program, 12 digits, `+` if a checkout has changes. None if unknown: not built from a repository."""
+    built = _PACKAGE / "_data" / "commit"
+    if built.is_file():
+        return built.read_text(encoding="ascii").strip() or None
+    if checkout() is None:
+        return None
+    described = ("git", "-C", str(_CHECKOUT), "describe", "--always", "--dirty=+", "--abbrev=12", "--exclude=*")
+    try:
+        return subprocess.run(described, capture_output=True, text=True, check=True, timeout=5).stdout.strip() or None
+    except (OSError, subprocess.SubprocessError):
+        return None
 
 
 def checkout() -> Path | None:

@@ -27,7 +27,7 @@ def test_a_demo_starts_finds_nothing_wrong_and_ends_and_its_port_is_in_use() -> 
         assert port is not None
         command = [sys.executable, "-m", "hornbill", "demo", "--port", port[1]]
         again = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert again.returncode == 1
+        assert again.returncode == 9
         assert "--port" in again.stderr
 
         examined = hornbill(url, "doctor")

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from hornbill.app.network_policy import LOCAL, NetworkPolicy, NotExposed, decide, in_container, may_open
+from hornbill.app.network_policy import LOCAL, NetworkPolicy, decide, in_container, may_open
 from hornbill.app.settings import Settings
-from hornbill.errors import PortOpenFailed
+from hornbill.errors import CannotStart, PortOpenFailed
 from hornbill.store.store import Store
 
 OUTSIDE = {"HORNBILL_CONTAINER": "0"}
@@ -32,7 +32,7 @@ def test_this_machine_needs_no_token(tmp_path: Path, demo: bool, host: str) -> N
     [{"host": "0.0.0.0"}, {"host": "::"}, {"host": "192.0.2.7"}, {"behind_proxy": True}, {"allow_host": ["bench"]}],
 )
 def test_network_access_without_a_token_is_rejected(tmp_path: Path, demo: bool, network: dict[str, Any]) -> None:
-    with pytest.raises(NotExposed) as refused:
+    with pytest.raises(CannotStart) as refused:
         decide(settings(tmp_path, **network), demo=demo, environment=OUTSIDE)
     assert ("--token" if demo else "hornbill tokens create NAME --role admin") in refused.value.detail
 
@@ -50,7 +50,7 @@ def test_a_token_allows_network_access(tmp_path: Path) -> None:
 @pytest.mark.parametrize("demo", [True, False])
 @pytest.mark.parametrize("where", [{"host": "0.0.0.0"}, {"host": "127.0.0.1"}, {"behind_proxy": True}])
 def test_a_token_of_fewer_than_16_characters_is_rejected(tmp_path: Path, demo: bool, where: dict[str, Any]) -> None:
-    with pytest.raises(NotExposed, match=r"15 characters and could be guessed.*tokens create NAME --role admin"):
+    with pytest.raises(CannotStart, match=r"15 characters and could be guessed.*tokens create NAME --role admin"):
         decide(settings(tmp_path, token="x" * 15, **where), demo=demo, environment=OUTSIDE)
     assert decide(settings(tmp_path, token="x" * 16, **where), demo=demo, environment=OUTSIDE).required
 
@@ -136,9 +136,9 @@ def test_a_container_can_be_declared(value: str, found: bool) -> None:
 def test_a_certificate_requires_its_key(tmp_path: Path) -> None:
     cert = tmp_path / "cert.pem"
     cert.touch()
-    with pytest.raises(NotExposed, match="Add --tls-key"):
+    with pytest.raises(CannotStart, match="Add --tls-key"):
         decide(settings(tmp_path, tls_cert=cert), demo=True, environment=OUTSIDE)
-    with pytest.raises(NotExposed, match="not found"):
+    with pytest.raises(CannotStart, match="not found"):
         decide(settings(tmp_path, tls_cert=cert, tls_key=tmp_path / "none"), demo=True, environment=OUTSIDE)
 
 

@@ -41,6 +41,7 @@ STATUS: dict[str, int] = {
     "bus_read_only": 409,
     "bus_open_failed": 502,
     "bus_trouble": 503,
+    "cannot_start": 500,
     "mode_off": 409,
     "torque_off": 409,
     "torque_on": 409,

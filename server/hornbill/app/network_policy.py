@@ -9,7 +9,7 @@ from typing import Final
 
 from hornbill.app.bus_ports import EMBEDDED
 from hornbill.app.settings import Settings
-from hornbill.errors import HornbillError, PortOpenFailed
+from hornbill.errors import CannotStart, PortOpenFailed
 from hornbill.store.store import Store
 from hornbill.wire.port import REPLAYS
 
@@ -30,13 +30,6 @@ _SERIAL: Final = re.compile(
 _MARKS: Final = (Path("/.dockerenv"), Path("/run/.containerenv"))
 
 
-class NotExposed(HornbillError):
-    """The server would be reachable from a network without access control."""
-
-    code = "unauthorized"
-    title = "Token required"
-
-
 @dataclass(frozen=True, slots=True)
 class NetworkPolicy:
     """Reachability of the server. `hosts`: allowed host names; `addresses`: whether any IP address is allowed, too."""
@@ -50,20 +43,22 @@ class NetworkPolicy:
     """Token that was just created, to be shown once."""
 
 
-def decide(settings: Settings, *, demo: bool, environment: Mapping[str, str] | None = None) -> NetworkPolicy:
+def decide(
+    settings: Settings, *, demo: bool, environment: Mapping[str, str] | None = None, has_tokens: bool | None = None
+) -> NetworkPolicy:
     """Network policy for these settings.
 
     Loopback is open unless there are tokens. Any other address requires a token, except for simulated servos in a
-    container, which has a network of its own. A container with real servos creates a token at its first start. Raises
-    NotExposed with the remedy, and StoreFailed.
+    container, which has a network of its own. A container with real servos creates a token at its first start.
+    `has_tokens`: whether tokens are stored; the database is then neither opened nor changed. Raises CannotStart with
+    the remedy, and StoreFailed.
     """
     _tls(settings)
     given = None if settings.token is None else settings.token.get_secret_value()
     if given is not None and len(given) < SHORTEST:
-        raise NotExposed(
+        raise _refused(
             f"The token has {len(given)} characters and could be guessed. Use at least {SHORTEST} characters, or "
-            "create one with 'hornbill tokens create NAME --role admin'.",
-            cause=None,
+            "create one with 'hornbill tokens create NAME --role admin'."
         )
     wide = settings.host not in LOCAL
     reached = wide or settings.behind_proxy or bool(settings.allow_host)
@@ -76,17 +71,19 @@ def decide(settings: Settings, *, demo: bool, environment: Mapping[str, str] | N
     if demo:
         if contained and not settings.behind_proxy and not settings.allow_host:
             return NetworkPolicy(hosts, simulated_only=True)
-        raise NotExposed(_refusal(settings) + "set a token with --token TOKEN or HORNBILL_TOKEN.", cause=None)
+        raise _refused(_refusal(settings) + "set a token with --token TOKEN or HORNBILL_TOKEN.")
     first: str | None = None
-    with Store(settings.database or settings.data_dir) as store:
-        if not store.tokens.all():
-            if not contained:
-                raise NotExposed(
-                    _refusal(settings) + "create a token first: hornbill tokens create NAME --role admin"
-                    + ("" if settings.database is None else " (with the same HORNBILL_DATABASE)")
-                    + f" --data-dir {settings.data_dir}. Or set one with --token or HORNBILL_TOKEN.", cause=None
-                )  # fmt: skip
-            _, first = store.tokens.add(FIRST, "admin")
+    if has_tokens is None:
+        with Store(settings.database or settings.data_dir) as store:
+            has_tokens = bool(store.tokens.all())
+            if not has_tokens and contained:
+                _, first = store.tokens.add(FIRST, "admin")
+    if not has_tokens and not contained:
+        raise _refused(
+            _refusal(settings) + "create a token first: hornbill tokens create NAME --role admin"
+            + ("" if settings.database is None else " (with the same HORNBILL_DATABASE)")
+            + f" --data-dir {settings.data_dir}. Or set one with --token or HORNBILL_TOKEN."
+        )  # fmt: skip
     return NetworkPolicy(_named(hosts, settings.host), wide, required=True, first_token=first)
 
 
@@ -159,6 +156,10 @@ def _named(hosts: frozenset[str], host: str) -> frozenset[str]:
     return hosts if host in ("0.0.0.0", "::", "") else hosts | {host.lower()}
 
 
+def _refused(detail: str) -> CannotStart:
+    return CannotStart(detail, cause=None, part="access", retry=False)
+
+
 def _refusal(settings: Settings) -> str:
     if settings.host not in LOCAL:
         where = f"Cannot listen on {settings.host}"
@@ -171,6 +172,10 @@ def _tls(settings: Settings) -> None:
     files = {"--tls-cert": settings.tls_cert, "--tls-key": settings.tls_key}
     for flag, file in files.items():
         if file is None and any(files.values()):
-            raise NotExposed(f"TLS needs a certificate and its key. Add {flag}.", cause=None)
+            raise CannotStart(
+                f"TLS needs a certificate and its key. Add {flag}.", cause=None, part="settings", retry=False
+            )
         if file is not None and not file.is_file():
-            raise NotExposed(f"{flag}: file {file} not found. Specify a PEM file.", cause=None)
+            raise CannotStart(
+                f"{flag}: file {file} not found. Specify a PEM file.", cause=None, part="certificate", retry=False
+            )

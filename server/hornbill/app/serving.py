@@ -1,6 +1,7 @@
 """Serving: the listening socket, the announced address, and a shutdown that turns torque off first."""
 
 import asyncio
+import errno
 import gc
 import logging
 import math
@@ -9,6 +10,7 @@ import socket
 import sys
 import time
 from collections.abc import Callable
+from contextlib import AsyncExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -21,7 +23,7 @@ from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
 from hornbill.api.live.event_stream import end_streams
 from hornbill.app.request_timeouts import RequestLimits, RequestTimeouts, TimedConnection
-from hornbill.errors import HornbillError
+from hornbill.errors import CannotStart
 from hornbill.virtual_time import MAX_SPEED, VirtualLoop
 
 SWITCH_S = 0.0005
@@ -41,15 +43,16 @@ ADDRESS_USE: int = getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR)
 """SO_REUSEADDR allows the port to be reused immediately. On Windows it would let another program listen on it, too."""
 
 
-class CannotListen(HornbillError):
-    """The server cannot listen on the address."""
-
-    code = "internal"
-    title = "Cannot listen"
+_LISTENING: Final = {
+    errno.EADDRINUSE: ("Another program, or another hornbill, uses it. Choose another port with --port.", True),
+    errno.EACCES: ("Ports below 1024 need administrator rights. Choose another port with --port.", False),
+    errno.EADDRNOTAVAIL: ("This computer does not have the address. Choose another with --host.", True),
+}
+"""Remedy by error, and whether a later attempt may succeed: the network may not be up yet."""
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Socket that listens on `host` and `port` (0: any free one). Raises CannotListen with the remedy."""
+    """Socket that listens on `host` and `port` (0: any free one). Raises CannotStart with the remedy."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     # With IPPROTO_TCP asyncio disables Nagle's algorithm, which would delay many responses by 40 ms.
     made = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
@@ -59,8 +62,11 @@ def listen(host: str, port: int) -> socket.socket:
         made.listen(128)
     except OSError as error:
         made.close()
-        raise CannotListen(
-            f"Cannot listen on port {port} of {host}: {error.strerror}. Choose another port with --port.", cause=None
+        remedy, retry = _LISTENING.get(
+            error.errno or 0, ("Choose another address with --host, or port with --port.", False)
+        )
+        raise CannotStart(
+            f"Cannot listen on port {port} of {host}: {error.strerror}. {remedy}", cause=None, part="port", retry=retry
         ) from None
     return made
 
@@ -68,16 +74,11 @@ def listen(host: str, port: int) -> socket.socket:
 async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tuple[Path, Path] | None = None) -> None:
     """Serve until interrupted. `announce` is printed once the server is ready, with the address in place of {url}.
 
-    `tls`: certificate chain and key, PEM. Raises CannotListen if they are invalid.
+    `tls`: certificate chain and key, PEM. Raises CannotStart if they are invalid, and the errors of the application's
+    start.
     """
     config = configured(app, tls, scale=_scale())
-    try:
-        config.load()
-    except OSError as error:  # of ssl, too
-        listening.close()
-        raise CannotListen(
-            f"Invalid TLS certificate or key: {error}. Use a matching pair of PEM files.", cause=None
-        ) from None
+    check_certificate(config)
     logging.getLogger("uvicorn.error").addFilter(RateLimit())
     sys.setswitchinterval(SWITCH_S)
     server = _Server(config, app)
@@ -95,6 +96,17 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tupl
     await running
 
 
+def check_certificate(config: uvicorn.Config) -> None:
+    """Load the configuration with its certificate and key. Raises CannotStart if they are invalid."""
+    try:
+        config.load()
+    except OSError as error:  # of ssl, too
+        raise CannotStart(
+            f"Invalid TLS certificate or key: {error}. Use a matching pair of PEM files.", cause=None,
+            part="certificate", retry=False,
+        ) from None  # fmt: skip
+
+
 def configured(
     app: ASGIApp,
     tls: tuple[Path, Path] | None = None,
@@ -110,7 +122,7 @@ def configured(
     timed = cast("type[asyncio.Protocol]", partial(TimedConnection, http, limits))
     return uvicorn.Config(
         RequestTimeouts(app, limits), log_level="warning", access_log=False, http=timed, ws="websockets-sansio",
-        timeout_graceful_shutdown=2, ws_max_size=1 << 20, ws_per_message_deflate=False, lifespan="on",
+        timeout_graceful_shutdown=2, ws_max_size=1 << 20, ws_per_message_deflate=False, lifespan="off",
         server_header=False, proxy_headers=False,  # evaluated by the guard
         timeout_keep_alive=round(KEEP_ALIVE_S * scale), ws_ping_interval=PING_S * scale, ws_ping_timeout=PING_S * scale,
         ssl_certfile=tls and str(tls[0]), ssl_keyfile=tls and str(tls[1]),
@@ -130,17 +142,30 @@ def _scale() -> float:
 
 
 class _Server(uvicorn.Server):
-    """uvicorn server that also ends event streams at shutdown; otherwise it would wait for them, with torque on."""
+    """uvicorn server that runs the lifespan of the application itself, and ends event streams at shutdown.
+
+    With uvicorn's lifespan, an error at start would be a traceback and the exit code 3; here it is raised. Without the
+    end of event streams, the shutdown would wait for them, with torque on.
+    """
 
     def __init__(self, config: uvicorn.Config, app: FastAPI) -> None:
-        """`app`: the application with the event streams."""
+        """`app`: the application."""
         super().__init__(config)
         self._app = app
+        self._lifespan = AsyncExitStack()
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start the application, then listen. Raises the errors of the application's start."""
+        async with AsyncExitStack() as stack:
+            await stack.enter_async_context(self._app.router.lifespan_context(self._app))
+            await super().startup(sockets)
+            self._lifespan = stack.pop_all()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End event streams, connections and the application."""
         end_streams(self._app.state)
-        await super().shutdown(sockets)
+        async with self._lifespan:
+            await super().shutdown(sockets)
 
 
 class RateLimit:

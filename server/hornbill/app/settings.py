@@ -85,6 +85,11 @@ class Settings(BaseSettings):
     )
     sim_api: bool = Field(default=False, description="Allow simulated servos to be added over REST.")
 
+    @property
+    def tls(self) -> tuple[Path, Path] | None:
+        """Certificate and key, if both are given."""
+        return None if self.tls_cert is None or self.tls_key is None else (self.tls_cert, self.tls_key)
+
     @field_validator("allow_host", mode="before")
     @classmethod
     def _names(cls, value: object) -> object:

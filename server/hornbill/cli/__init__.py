@@ -7,7 +7,7 @@ import typer
 
 from hornbill.cli import plain_text
 from hornbill.cli.bench import commands as bench
-from hornbill.cli.server import autopilot, bus, doctor, jobs, records, starting, tokens, watching
+from hornbill.cli.server import autopilot, bus, doctor, jobs, records, starting, tokens, version, watching
 from hornbill.cli.servos import (
     commissioning,
     faults,
@@ -29,6 +29,7 @@ COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
     "Start": {
         "demo": starting.demo,
         "serve": starting.serve,
+        "check": starting.check,
     },
     "Servos": {
         "list": parameters.list_,
@@ -86,6 +87,7 @@ COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
     "Administration": {
         "tokens": tokens.app,
         "health": bus.health,
+        "version": version.version,
     },
     "Development": {
         "sim": starting.simulator,
@@ -95,6 +97,8 @@ COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
     },
 }
 """Commands and command groups by panel of `hornbill --help`."""
+
+app.callback()(version.options)
 
 for _panel, _commands in COMMANDS.items():
     for _name, _command in _commands.items():

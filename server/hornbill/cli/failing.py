@@ -9,6 +9,7 @@ from typing import Final
 import typer
 
 from hornbill import errors
+from hornbill.cli import remedies
 from hornbill.errors import HornbillError
 
 
@@ -23,18 +24,22 @@ class Exit(IntEnum):
     REFUSED = 5
     BLOCKED = 6
     NOT_ALLOWED = 7
+    CANNOT_START = 8
+    CANNOT_START_NOW = 9
     INTERRUPTED = 130
 
 
 MEANS: Final = {
     Exit.DONE: "success",
     Exit.FAILED: "invalid request, unexpected result, or differences found",
-    Exit.USAGE: "invalid command line",
+    Exit.USAGE: "invalid command line or setting",
     Exit.SERVER_UNREACHABLE: "server unreachable",
     Exit.NO_RESPONSE: "no response from the servo; whether it acted is unknown",
     Exit.REFUSED: "rejected by the servo",
     Exit.BLOCKED: "currently blocked: stopped, busy, no bus, or another client has motion control",
     Exit.NOT_ALLOWED: "token missing, or role not sufficient",
+    Exit.CANNOT_START: "database, data folder, certificate or port needs a correction; a retry does not help",
+    Exit.CANNOT_START_NOW: "port, database or bench in use, or database server unreachable; a retry may help",
     Exit.INTERRUPTED: "Ctrl-C",
 }
 """Description of every exit code."""
@@ -53,6 +58,10 @@ _BY_CODE = {
 
 def code_of(error: HornbillError) -> Exit:
     """Exit code of an error."""
+    if error.status is None and isinstance(error, (errors.CannotStart, errors.StoreFailed)):
+        if error.facts.get("part") in ("settings", "access"):
+            return Exit.USAGE
+        return Exit.CANNOT_START_NOW if error.facts.get("retry") else Exit.CANNOT_START
     if isinstance(error, errors.NoResponse):
         return Exit.NO_RESPONSE
     if isinstance(error, errors.Refused):
@@ -68,8 +77,7 @@ def failures() -> Generator[None]:
     try:
         yield
     except HornbillError as error:
-        # Only problems of the server are printed with their code.
-        print(error.detail if error.status is None else f"{error.code}: {error.detail}", file=sys.stderr)
+        print(f"{error.code}: {remedies.detail(error)}", file=sys.stderr)
         raise typer.Exit(code_of(error)) from None
     except KeyboardInterrupt:
         raise typer.Exit(Exit.INTERRUPTED) from None

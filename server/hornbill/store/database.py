@@ -1,5 +1,6 @@
 """Database engine, exclusive writing, and atomic transactions."""
 
+import logging
 import sqlite3
 import time
 from collections.abc import Generator
@@ -12,9 +13,12 @@ from sqlalchemy.exc import OperationalError, SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from hornbill.errors import StoreFailed
-from hornbill.store.migrate import UnknownRevision, migrate
+from hornbill.store import opening
+from hornbill.store.copies import copy_before_migration
+from hornbill.store.data_folder import FILE_NAME, create_private, prepare
+from hornbill.store.migrate import NEWEST, UnknownRevision, migrate
 
-FILE_NAME: Final = "hornbill.sqlite3"
+log = logging.getLogger(__name__)
 
 OPEN_TIMEOUT_S: Final = 10.0
 """Timeout for opening while another process may be migrating, s."""
@@ -52,41 +56,32 @@ class Database:
 
     def __init__(self, place: str | Path) -> None:
         """Open or create. `place`: a folder, or a database URL of SQLAlchemy. Raises StoreFailed."""
-        url = _url(place)
-        self.address = url.render_as_string(hide_password=True)
-        self._is_file = url.get_backend_name() == "sqlite"
+        self._engine: Engine | None
+        self._engine = engine = engine_of(place)
+        self.address = engine.url.render_as_string(hide_password=True)
+        self._is_file = engine.url.get_backend_name() == "sqlite"
         self._lock_timeout_s = OPEN_TIMEOUT_S
         self._backoff_until = 0.0
-        try:
-            # A server may have closed an idle connection; a file cannot.
-            self._engine: Engine | None = create_engine(
-                url, pool_pre_ping=not self._is_file, connect_args=_connecting(url)
-            )
-        except (SQLAlchemyError, ImportError) as error:
-            raise StoreFailed(
-                f"{self.address} is not a usable database: {error}. "
-                "Correct the address, install its driver, or specify a folder.",
-                cause="store_unusable",
-            ) from error
+        self._copy: Path | None = None
         if self._is_file:
-            event.listen(self._engine, "connect", _prepare_sqlite)
-            event.listen(self._engine, "begin", self._begin_sqlite)
-        elif url.get_backend_name() == "postgresql":
-            event.listen(self._engine, "begin", self._begin_postgresql)
+            event.listen(engine, "connect", _prepare_sqlite)
+            event.listen(engine, "begin", self._begin_sqlite)
+        elif engine.url.get_backend_name() == "postgresql":
+            event.listen(engine, "begin", self._begin_postgresql)
         try:
-            with self._engine.begin() as connection:
-                migrate(connection)
+            file = engine.url.database
+            if self._is_file and file and Path(file).parent.is_dir():
+                create_private(Path(file))
+            with engine.begin() as connection:
+                migrate(connection, before=self._before_migration)
         except UnknownRevision as error:
             self.close()
-            raise StoreFailed(
-                f"{self.address} was written by a newer hornbill (tables {error}). "
-                "Install that version, or choose another data folder.",
-                cause="store_newer",
-            ) from None
+            raise opening.newer(self.address, str(error)) from None
         except (SQLAlchemyError, sqlite3.Error, OSError) as error:
             self.close()
-            text = f"{self.address} cannot be opened: {_cause(error)}. {self._remedy}"
-            raise StoreFailed(text, cause="store_unusable") from error
+            if self._copy is not None:  # the database is unchanged
+                self._copy.unlink(missing_ok=True)
+            raise opening.failed(self.address, error, is_file=self._is_file) from error
         self._lock_timeout_s = LOCK_TIMEOUT_S
 
     @contextmanager
@@ -130,9 +125,7 @@ class Database:
         except SQLAlchemyError as error:
             if isinstance(error, OperationalError):
                 self._backoff_until = time.monotonic() + BACKOFF_S
-            raise StoreFailed(
-                f"{self.address} cannot be used: {_cause(error)}. {self._remedy}", cause="store_unusable"
-            ) from error
+            raise opening.failed(self.address, error, is_file=self._is_file) from error
 
     def close(self) -> None:
         """Close all connections. Idempotent."""
@@ -144,11 +137,14 @@ class Database:
     def _backing_off(self) -> bool:
         return time.monotonic() < self._backoff_until
 
-    @property
-    def _remedy(self) -> str:
-        if self._is_file:
-            return "Check that the data folder is writable, has free space and is not damaged, or choose another."
-        return "Check that the database server runs and permits access, or specify a folder."
+    def _before_migration(self, revision: str) -> None:
+        """Copy a file before its tables change, and report both. A database server has copies of its own."""
+        file = self._engine.url.database if self._engine is not None and self._is_file else None
+        kept = ""
+        if file and Path(file).is_file():
+            self._copy = copy_before_migration(Path(file), revision)
+            kept = f" The previous database is in {self._copy}."
+        log.warning("Migrating %s from tables %s to %s.%s", self.address, revision, NEWEST, kept)
 
     def _begin_sqlite(self, connection: Connection) -> None:
         lock_timeout_s = 0.0 if self._backing_off else self._lock_timeout_s
@@ -167,6 +163,22 @@ class Database:
         )
 
 
+def engine_of(place: str | Path) -> Engine:
+    """Engine of a folder, which is created, or of a database URL; not connected yet. Raises StoreFailed."""
+    url = _url(place)
+    address = url.render_as_string(hide_password=True)
+    try:
+        # A server may have closed an idle connection; a file cannot.
+        return create_engine(url, pool_pre_ping=url.get_backend_name() != "sqlite", connect_args=_connecting(url))
+    except ImportError as error:
+        raise opening.driver_missing(address, error.name or str(error)) from error
+    except SQLAlchemyError as error:
+        raise StoreFailed(
+            f"{address} is not a usable database: {error}. Correct the address, or specify a folder.",
+            cause="store_unusable", reason="address", retry=False,
+        ) from error  # fmt: skip
+
+
 def _url(place: str | Path) -> URL:
     if isinstance(place, str) and "://" in place:
         try:
@@ -174,15 +186,11 @@ def _url(place: str | Path) -> URL:
         except (SQLAlchemyError, ValueError) as error:
             # The address may contain a password, so it is not repeated.
             text = "The database address is invalid. Specify a folder or a URL."
-            raise StoreFailed(text, cause="store_unusable") from error
+            raise StoreFailed(text, cause="store_unusable", reason="address", retry=False) from error
         # Without a driver name SQLAlchemy would use psycopg2. Many hosting providers write "postgres".
         return url.set(drivername="postgresql+psycopg") if url.drivername in ("postgresql", "postgres") else url
     folder = Path(place)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        text = f"{folder} cannot be created: {error.strerror}. Choose another data folder."
-        raise StoreFailed(text, cause="store_unusable") from error
+    prepare(folder)
     return URL.create("sqlite", database=str(folder / FILE_NAME))
 
 
@@ -191,10 +199,6 @@ def _connecting(url: URL) -> dict[str, Any]:
         return {}
     ours = {"connect_timeout": SERVER_TIMEOUT_S, "tcp_user_timeout": SERVER_TIMEOUT_S * 1000}
     return {key: value for key, value in ours.items() if key not in url.query}
-
-
-def _cause(error: Exception) -> str:
-    return str(getattr(error, "orig", None) or error).strip().rstrip(".")
 
 
 def _prepare_sqlite(connection: sqlite3.Connection, _record: object) -> None:

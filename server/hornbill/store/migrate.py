@@ -1,11 +1,15 @@
 """Creation of the current tables in a new database, or migration of an older one."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from sqlalchemy import Connection, inspect, text
 
 from hornbill.store.tables import Table
+
+if TYPE_CHECKING:
+    from alembic.config import Config
 
 NEWEST: Final = "0010"
 """The last revision in migrations/versions."""
@@ -17,10 +21,11 @@ class UnknownRevision(Exception):
     """The database was written by a newer hornbill."""
 
 
-def migrate(connection: Connection) -> None:
+def migrate(connection: Connection, before: Callable[[str], None] = lambda _revision: None) -> None:
     """Create the tables in a new database, or run missing migrations, inside the caller's transaction.
 
-    Raises UnknownRevision if it is newer than this program.
+    `before` is called with the revision found if there are migrations to run. Raises UnknownRevision if it is newer
+    than this program.
     """
     if not inspect(connection).has_table("alembic_version"):
         _create(connection)
@@ -28,18 +33,36 @@ def migrate(connection: Connection) -> None:
     found = connection.execute(text("SELECT version_num FROM alembic_version")).scalar_one_or_none()
     if found == NEWEST:
         return
-    # Imported here because the import takes longer than opening a database that is new or up to date.
+    config = _config_for(found)
     from alembic import command
+
+    before(found or "none")
+    config.attributes["connection"] = connection
+    command.upgrade(config, "head")
+
+
+def revision_of(connection: Connection) -> str | None:
+    """The revision of the tables; None for a new database. Changes nothing. Raises UnknownRevision."""
+    if not inspect(connection).has_table("alembic_version"):
+        return None
+    found = connection.execute(text("SELECT version_num FROM alembic_version")).scalar_one_or_none()
+    if found != NEWEST:
+        _config_for(found)
+    return found
+
+
+def _config_for(revision: str | None) -> "Config":
+    """Alembic's configuration. Raises UnknownRevision if the revision is not one of the migrations."""
+    # Imported here because the import takes longer than opening a database that is new or up to date.
     from alembic.config import Config
     from alembic.script import ScriptDirectory
 
     config = Config()
     config.set_main_option("script_location", str(_FOLDER).replace("%", "%%"))
     known = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
-    if found is not None and found not in known:
-        raise UnknownRevision(found)
-    config.attributes["connection"] = connection
-    command.upgrade(config, "head")
+    if revision is not None and revision not in known:
+        raise UnknownRevision(revision)
+    return config
 
 
 def _create(connection: Connection) -> None:

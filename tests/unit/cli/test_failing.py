@@ -47,7 +47,7 @@ def test_exit_code_of_an_error(error: errors.HornbillError, code: Exit) -> None:
 def test_exit_codes_are_stable() -> None:
     assert [(one.name, int(one)) for one in Exit] == [
         ("DONE", 0), ("FAILED", 1), ("USAGE", 2), ("SERVER_UNREACHABLE", 3), ("NO_RESPONSE", 4), ("REFUSED", 5),
-        ("BLOCKED", 6), ("NOT_ALLOWED", 7), ("INTERRUPTED", 130),
+        ("BLOCKED", 6), ("NOT_ALLOWED", 7), ("CANNOT_START", 8), ("CANNOT_START_NOW", 9), ("INTERRUPTED", 130),
     ]  # fmt: skip
 
 

@@ -1,18 +1,22 @@
-"""Commands that need no running server: demo, serve, sim, decode, openapi."""
+"""Commands that need no running server: demo, serve, check, sim, decode, openapi."""
 
 import asyncio
 import gc
+import os
 import sys
+from collections.abc import Generator
+from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from hornbill.cli import remedies
 from hornbill.cli.connection import LOCAL_URL, AsJson, Server, ServoName, client
-from hornbill.cli.failing import failures
+from hornbill.cli.failing import Exit, code_of, failures
 from hornbill.cli.showing import print_json, print_table
-from hornbill.errors import InvalidValue
+from hornbill.errors import CannotStart, InvalidValue
 
 if TYPE_CHECKING:
     from hornbill.app.settings import Settings
@@ -34,6 +38,13 @@ BehindProxy = Annotated[
 RootPath = Annotated[str | None, typer.Option(help="Sub-path behind a reverse proxy, for example /hornbill.")]
 TlsCert = Annotated[Path | None, typer.Option(help="Certificate chain, PEM. Enables https.")]
 TlsKey = Annotated[Path | None, typer.Option(help="Private key of the certificate, PEM.")]
+Bus = Annotated[
+    str | None, typer.Option(help="INTERFACE:CHANNEL, for example socketcan:can0. file:LOG plays back a log.")
+]
+DataDir = Annotated[Path | None, typer.Option(help="Data folder: database, logs and recordings.")]
+DatabaseUrl = Annotated[
+    str | None, typer.Option(help="Database URL, for example postgresql://USER@HOST/NAME. Also HORNBILL_DATABASE.")
+]
 Seed = Annotated[int | None, typer.Option(help="Random seed of the simulated servos.")]
 ChaosSeed = Annotated[
     int | None,
@@ -87,20 +98,15 @@ def demo(
 
 
 def serve(
-    bus: Annotated[
-        str | None, typer.Option(help="INTERFACE:CHANNEL, for example socketcan:can0. file:LOG plays back a log.")
-    ] = None,
+    bus: Bus = None,
     bitrate: Annotated[int | None, typer.Option(help="Bit rate, bit/s. Default: 1000000.")] = None,
     frame_gap_ms: Annotated[
         float | None, typer.Option(help="Pause between the frames of one transfer, ms. Default: none.")
     ] = None,
     host: Host = None,
     port: Port = None,
-    data_dir: Annotated[Path | None, typer.Option(help="Data folder: database, logs and recordings.")] = None,
-    database: Annotated[
-        str | None,
-        typer.Option(help="Database URL, for example postgresql://USER@HOST/NAME. Also HORNBILL_DATABASE."),
-    ] = None,
+    data_dir: DataDir = None,
+    database: DatabaseUrl = None,
     allocator: Annotated[
         Literal["on", "off", "force"] | None,
         typer.Option(help="Node ID allocator. force: allocate even if there is another. Default: last setting."),
@@ -135,6 +141,53 @@ def serve(
         behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert, tls_key=tls_key,
     )  # fmt: skip
     _serve(settings, demo=False, announce="hornbill: open {url}")
+
+
+def check(
+    bus: Bus = None,
+    host: Host = None,
+    port: Port = None,
+    data_dir: DataDir = None,
+    database: DatabaseUrl = None,
+    token: Token = None,
+    allow_host: AllowHost = None,
+    behind_proxy: BehindProxy = None,
+    root_path: RootPath = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    as_json: AsJson = False,
+) -> None:
+    """Check what 'hornbill serve' needs, without serving: data folder, database, access, certificate, port and bus.
+
+    Nothing is migrated or sent; a data folder that does not exist is created. The exit code is that of the first
+    failure, as for 'hornbill serve'.
+    """
+    settings = _settings(
+        bus=bus, host=host, port=port, data_dir=data_dir, database=database, token=token,
+        allow_host=allow_host or None, behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert,
+        tls_key=tls_key,
+    )  # fmt: skip
+    from hornbill.app import start_up
+
+    async def collect() -> list[start_up.Checked]:
+        return [one async for one in start_up.check(settings)]
+
+    with failures(), _files_of_start():
+        found = asyncio.run(collect())
+    if as_json:
+        print_json([
+            {"part": one.part, "ok": one.error is None, "detail": one.detail,
+             "exit_code": Exit.DONE if one.error is None else code_of(one.error)}
+            for one in found
+        ])  # fmt: skip
+    else:
+        rows = [
+            (one.part.replace("_", " "), "ok" if one.error is None else "failed",
+             one.detail if one.error is None else remedies.detail(one.error))
+            for one in found
+        ]  # fmt: skip
+        print_table(("part", "result", "detail"), rows)
+    raise typer.Exit(next((code_of(one.error) for one in found if one.error is not None), Exit.DONE))
 
 
 simulator = typer.Typer(invoke_without_command=True)
@@ -218,9 +271,20 @@ def openapi() -> None:
 
 
 def _settings(**flags: Any) -> "Settings":
+    from pydantic import ValidationError
+
     from hornbill.app.settings import Settings
 
-    return Settings(**{name: value for name, value in flags.items() if value is not None})
+    with failures():
+        try:
+            return Settings(**{name: value for name, value in flags.items() if value is not None})
+        except ValidationError as error:
+            wrong = error.errors(include_input=False, include_url=False)[0]  # an input may be a token
+            name = str(wrong["loc"][0])
+            raise CannotStart(
+                f"Invalid setting {name}: {wrong['msg']}. Correct "
+                f"HORNBILL_{name.upper()}, or the option.", cause=None, part="settings", retry=False,
+            ) from None  # fmt: skip
 
 
 def _demo_bus(requested: str | None) -> tuple[str | None, str]:
@@ -240,25 +304,30 @@ def _serve(settings: "Settings", *, demo: bool, announce: str) -> None:
     # Garbage collection takes a sixth of the start-up time and finds hardly anything. `serving.serve` freezes the
     # objects and enables it again.
     gc.disable()
+    os.umask(0o077)  # files in the data folder are for this user alone
     from hornbill.app import composition as application
-    from hornbill.app import network_policy as exposure
-    from hornbill.app import serving
+    from hornbill.app import network_policy, serving
     from hornbill.cli.server.tokens import first_link
 
-    with failures():
-        try:
-            exposed = exposure.decide(settings, demo=demo)
-        except exposure.NotExposed as error:
-            print(error.detail, file=sys.stderr)
-            raise typer.Exit(2) from None
-        listening = serving.listen(settings.host, settings.port)
-        built = application.build(
-            settings, demo=demo, log=lambda text: print(text, file=sys.stderr), exposure=exposed
-        )  # fmt: skip
-        tls = None if settings.tls_cert is None or settings.tls_key is None else (settings.tls_cert, settings.tls_key)
-        announce += first_link(exposed.first_token, "http" if tls is None else "https", listening.getsockname()[1])
-        try:
-            with asyncio.Runner(loop_factory=lambda: serving.loop_of(settings.speed if demo else None)) as runner:
-                runner.run(serving.serve(built, listening, announce, tls))
-        except KeyboardInterrupt:
-            pass
+    with failures(), _files_of_start():
+        exposed = network_policy.decide(settings, demo=demo)
+        with closing(serving.listen(settings.host, settings.port)) as listening:
+            built = application.build(
+                settings, demo=demo, log=lambda text: print(text, file=sys.stderr), exposure=exposed
+            )  # fmt: skip
+            tls = settings.tls
+            announce += first_link(exposed.first_token, "http" if tls is None else "https", listening.getsockname()[1])
+            try:
+                with asyncio.Runner(loop_factory=lambda: serving.loop_of(settings.speed if demo else None)) as runner:
+                    runner.run(serving.serve(built, listening, announce, tls))
+            except KeyboardInterrupt:
+                pass
+
+
+@contextmanager
+def _files_of_start() -> Generator[None]:
+    """Turn errors of the operating system, such as a full disk, into CannotStart."""
+    try:
+        yield
+    except OSError as error:
+        raise CannotStart(f"Cannot start: {error}.", cause=None, part="files", retry=False) from error

@@ -26,6 +26,7 @@ export const codes: Readonly<Record<string, FactsText>> = {
   store_failed: () => "データベースを使用できません。データフォルダとディスクを確認してください。",
   log_failed: () => "ファイルを読み書きできません。データフォルダとディスクを確認してください。",
   bus_trouble: () => "アダプタまたはバスに問題があります。アダプタとケーブルを確認してください。",
+  cannot_start: () => "サーバーを起動できません。",
   bus_open_failed: () => "バスを開けません。アダプタの接続とアドレスを確認してください。",
   bus_disconnected: () => "バスに接続していません。アダプタを接続してください。",
   bus_read_only: () => "このバスには何も送信できません。",

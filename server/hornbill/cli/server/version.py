@@ -1,0 +1,38 @@
+"""`hornbill version` and `hornbill --version`."""
+
+from typing import Annotated
+
+import typer
+
+from hornbill import __version__, resources
+from hornbill.cli.connection import AsJson
+from hornbill.cli.showing import print_json
+
+
+def version(as_json: AsJson = False) -> None:
+    """Show the version and the commit it was built from."""
+    if as_json:
+        print_json({"version": __version__, "commit": resources.commit()})
+    else:
+        print(_text())
+
+
+def _show(requested: bool) -> None:
+    if requested:
+        print(_text())
+        raise typer.Exit
+
+
+ShowVersion = Annotated[
+    bool,
+    typer.Option("--version", is_eager=True, callback=_show, help="Show the version and the commit it was built from."),
+]
+
+
+def options(version: ShowVersion = False) -> None:
+    """Configure BLA15, BLA21 and BLA34 servos over DroneCAN."""
+
+
+def _text() -> str:
+    commit = resources.commit()
+    return f"hornbill {__version__}" + (f" (commit {commit})" if commit else "")
