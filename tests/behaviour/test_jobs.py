@@ -33,10 +33,10 @@ async def test_jobs_are_listed_by_kind_state_and_servo(rig: Rig, servo: Servo) -
     several = await rig.host.jobs.wait(rig.host.jobs.start("profile", None, [Step("check", "A", uid=servo.uid)], bad))
     other = await rig.host.jobs.wait(rig.host.jobs.start("profile", None, [], bad))
     for query, expected in {
-        "": [save["id"], restart["id"], several.id, other.id],
+        "": [other.id, several.id, restart["id"], save["id"]],
         "?kind=save": [save["id"]],
-        "?state=failed": [several.id, other.id],
-        f"?uid={servo.uid}": [save["id"], restart["id"], several.id],
+        "?state=failed": [other.id, several.id],
+        f"?uid={servo.uid}": [several.id, restart["id"], save["id"]],
         f"?uid={servo.uid}&state=succeeded&kind=restart": [restart["id"]],
     }.items():
         assert [job["id"] for job in json(await rig.call("GET", f"/jobs{query}"))] == expected, query

@@ -4,11 +4,10 @@ from typing import Annotated
 
 from fastapi import Depends, Header, Path, Request
 
+from hornbill.api.addressing import NAMES, ServoRef, address_by, servo_never_seen
 from hornbill.bus.listing import Adapters
 from hornbill.bus.recordings.bus_log import BusLog
 from hornbill.bus.recordings.folder import FileFolder
-from hornbill.domain.fields import UidField
-from hornbill.errors import Unknown
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
 from hornbill.units import Uid
@@ -17,6 +16,7 @@ from hornbill.units import Uid
 async def _host(request: Request) -> Host:
     host = request.app.state.host
     assert isinstance(host, Host)
+    address_by(host)
     return host
 
 
@@ -51,15 +51,16 @@ async def _recordings(request: Request) -> FileFolder:
 TheRecordings = Annotated[FileFolder, Depends(_recordings)]
 
 
-async def _servo(host: TheHost, uid: Annotated[str, Path(description="Unique ID, 32 lower-case hex digits.")]) -> Servo:
+UidPath = Annotated[ServoRef, Path(description=f"{NAMES}.")]
+"""A `{uid}` that may be off the bus. Its value is the unique ID."""
+
+
+async def _servo(host: TheHost, uid: UidPath) -> Servo:
     return host.fleet.get(uid)
 
 
 TheServo = Annotated[Servo, Depends(_servo)]
 """Servo of `{uid}`; unknown_servo (404) if there is none."""
-
-UidPath = Annotated[UidField, Path(description="Unique ID, 32 lower-case hex digits.")]
-"""A `{uid}` that may be off the bus."""
 
 
 def known_uid(host: Host, uid: str) -> Uid:
@@ -67,16 +68,6 @@ def known_uid(host: Host, uid: str) -> Uid:
     if not host.fleet.knows(uid) and host.store.servos.get(Uid(uid)) is None:
         raise servo_never_seen(uid)
     return Uid(uid)
-
-
-def servo_never_seen(uid: str) -> Unknown:
-    """Error for a servo that was never seen."""
-    return Unknown(
-        "unknown_servo",
-        f"Unknown servo {uid!r}: it was never seen on the bus.",
-        uid=uid,
-        cause="servo_never_seen",
-    )
 
 
 LeaseHeader = Annotated[

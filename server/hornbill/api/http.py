@@ -10,6 +10,7 @@ from starlette.routing import Route, WebSocketRoute
 
 from hornbill import __version__
 from hornbill.api import problems
+from hornbill.api.compression import JsonGzip
 from hornbill.api.idempotency import Idempotency
 from hornbill.api.live import event_stream
 from hornbill.api.live import socket as live
@@ -80,6 +81,7 @@ def create_api(
             Middleware(
                 Guard, table=table, policy=policy, access=access, behind_proxy=behind_proxy, root_path=root_path
             ),
+            Middleware(JsonGzip),
             Middleware(Idempotency),
         ],
         servers=[{"url": root_path}] if root_path else None,

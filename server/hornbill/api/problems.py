@@ -1,7 +1,8 @@
 """Mapping of errors to HTTP responses (application/problem+json)."""
 
 import json
-from typing import Any, Final
+from collections.abc import Collection
+from typing import Any, Final, get_args
 
 import orjson
 from fastapi import FastAPI, Request
@@ -11,6 +12,7 @@ from starlette.responses import Response
 
 from hornbill import errors
 from hornbill.api import remedies
+from hornbill.api.names import nearest
 from hornbill.domain.problem import Problem
 
 STATUS: dict[str, int] = {
@@ -160,9 +162,12 @@ def install(app: FastAPI) -> None:
         return problem_response(error)
 
     @app.exception_handler(RequestValidationError)
-    async def _invalid(_request: Request, error: Exception) -> Response:
+    async def _invalid(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
-        found = [{"where": ".".join(str(part) for part in one["loc"]), "what": one["msg"]} for one in error.errors()]
+        fields = _body_fields(request.scope.get("route"))
+        found = [
+            {"where": ".".join(str(part) for part in one["loc"]), "what": _what(one, fields)} for one in error.errors()
+        ]
         text = "; ".join(f"{one['where']}: {one['what']}" for one in found[:3])
         return problem_response(
             errors.InvalidValue(
@@ -187,3 +192,20 @@ def install(app: FastAPI) -> None:
             summary=f"{request.method} {request.url.path}: {error.detail}.",
         )  # fmt: skip
         return Response(orjson.dumps(shown.model_dump()), error.status_code, media_type=MEDIA_TYPE)
+
+
+def _what(error: dict[str, Any], fields: Collection[str]) -> str:
+    """Text of a validation error; of an unknown field of the body with the nearest known one."""
+    where = error["loc"]
+    if error["type"] != "extra_forbidden" or len(where) != 2 or where[0] != "body":
+        return str(error["msg"])
+    near = nearest(str(where[1]), fields)
+    return "Unknown field." if near is None else f"Unknown field. The nearest name is '{near}'."
+
+
+def _body_fields(route: object) -> Collection[str]:
+    """Names of the fields of a route's body."""
+    field = getattr(route, "body_field", None)
+    model = None if field is None else field.field_info.annotation
+    models = (model, *get_args(model))  # an optional body is a union with None
+    return [name for one in models for name in getattr(one, "model_fields", ())]

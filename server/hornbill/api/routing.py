@@ -7,7 +7,9 @@ from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute, APIWebSocketRoute
 
 from hornbill.api import PREFIX
+from hornbill.api.paging import CURSOR, LINK
 from hornbill.api.problems import STATUS, declared
+from hornbill.api.security.queries import query_names
 from hornbill.api.security.roles import LOCAL, PUBLIC, Role, RouteRole
 
 Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])
@@ -22,6 +24,9 @@ WITHOUT_KEY: Final = {
     f"{PREFIX}/tokens": "the response contains a secret, which is not stored; a duplicate name is refused anyway",
 }
 """POST routes without Idempotency-Key, each with the reason."""
+
+_STRICT: Final = ("/api/", "/metrics")
+"""Paths whose query is checked. Probes of health and files of the page may get what they like."""
 
 _KEY: Final = {
     "name": KEY_HEADER,
@@ -70,7 +75,8 @@ class Routes:
         """Declare a WebSocket."""
 
         def add(endpoint: Endpoint) -> Endpoint:
-            self.rows.append(RouteRole(APIWebSocketRoute(self._prefix + path, endpoint), least))
+            route = APIWebSocketRoute(self._prefix + path, endpoint)
+            self.rows.append(RouteRole(route, least, frozenset(query_names(route.dependant))))
             return endpoint
 
         return add
@@ -87,12 +93,15 @@ class Routes:
                 "tags": [self._tag, *more.get("tags", ())],
             }
             route = APIRoute(self._prefix + path, endpoint, methods=[method], **given)
+            query = frozenset(query_names(route.dependant))
+            if CURSOR in query:
+                route.responses = {200: {"headers": LINK}, **route.responses}
             keyed = method == "POST" and route.path not in WITHOUT_KEY
             route.responses = {**route.responses, **_problems(route, codes, keyed=keyed)}
             route.openapi_extra = {**_access(least), **(route.openapi_extra or {})}
             if keyed:
                 route.openapi_extra["parameters"] = [_KEY]
-            self.rows.append(RouteRole(route, least))
+            self.rows.append(RouteRole(route, least, query if route.path.startswith(_STRICT) else None))
             return endpoint
 
         return add
@@ -108,6 +117,8 @@ def _summary(name: str) -> str:
 def _problems(route: APIRoute, codes: Sequence[str], *, keyed: bool) -> dict[int | str, dict[str, Any]]:
     """Problem responses of a route. Those of the guard are the same for all routes: `default`."""
     every = [*codes]
+    if "unknown_servo" in codes:
+        every.append("conflict")  # a label or serial number of several servos
     if STATUS["invalid_value"] not in {STATUS[code] for code in codes} and _takes_input(route.dependant):
         every.append("invalid_value")
     if keyed:

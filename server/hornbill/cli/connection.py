@@ -39,7 +39,7 @@ def complete_key(context: typer.Context, incomplete: str) -> list[tuple[str, str
 
 def complete_job(context: typer.Context, incomplete: str) -> list[tuple[str, str]]:
     """Jobs, newest first."""
-    jobs = reversed(_fetch(context, "/jobs"))
+    jobs = _fetch(context, "/jobs")
     return [(one["id"], f"{one['kind']}, {one['state']}") for one in jobs if one["id"].startswith(incomplete)]
 
 

@@ -9,7 +9,7 @@ from sqlalchemy import select
 from hornbill.errors import Unknown
 from hornbill.store.database import Database
 from hornbill.store.repository import Repository
-from hornbill.store.tables import Json, RunRow
+from hornbill.store.tables import HIGHEST_ID, Json, RunRow
 from hornbill.units import Uid
 
 MAX_ROWS = 200
@@ -45,11 +45,15 @@ class Runs(Repository[RunRow, Run]):
             self._prune(session, MAX_ROWS, RunRow.id, RunRow.uid == uid, RunRow.kind == kind)
             return self._fact(row)
 
-    def of(self, uid: Uid | None = None, *, kind: RunKind = "step", limit: int = MAX_ROWS) -> list[Run]:
-        """Runs of one kind of one or all servos, newest first."""
+    def of(
+        self, uid: Uid | None = None, *, kind: RunKind = "step", limit: int = MAX_ROWS, before_id: int | None = None
+    ) -> list[Run]:
+        """Runs of one kind of one or all servos, newest first. `before_id` continues an earlier list."""
         query = select(RunRow).where(RunRow.kind == kind).order_by(RunRow.id.desc()).limit(limit)
         if uid is not None:
             query = query.where(RunRow.uid == uid)
+        if before_id is not None:
+            query = query.where(RunRow.id < min(before_id, HIGHEST_ID))
         return self._facts(query)
 
     def find(self, number: int, kind: RunKind) -> Run:

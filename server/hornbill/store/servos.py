@@ -50,6 +50,12 @@ class StoredServo:
     notes: str = ""
     set_up: Mapping[str, Json] = field(default_factory=dict[str, Json])
 
+    @property
+    def serial_text(self) -> str | None:
+        """Serial number as printed on the servo: model number, dash, product number. None if unknown."""
+        model, product = self.facts.model_number, self.facts.serial
+        return None if model is None or product is None else f"{model}-{product:06d}"
+
 
 class Servos:
     """The inventory. Each method commits before it returns.

@@ -721,7 +721,7 @@ export interface paths {
         };
         /**
          * List jobs
-         * @description List running and recently ended jobs, oldest first, including those before the server was started.
+         * @description List running and recently ended jobs, newest first, including those before the server was started.
          */
         get: operations["list_jobs"];
         put?: never;
@@ -741,7 +741,7 @@ export interface paths {
         };
         /**
          * Get job
-         * @description Get a job.
+         * @description Get a job. With `wait` the response comes when the job has ended, or after that time (long poll).
          */
         get: operations["get_job"];
         put?: never;
@@ -4085,7 +4085,7 @@ export interface components {
              * @default false
              */
             dry_run?: boolean;
-            /** @description Revisions as in If-Match, by unique ID. */
+            /** @description Revisions as in If-Match, by servo. */
             revisions?: {
                 [key: string]: string;
             };
@@ -4094,7 +4094,7 @@ export interface components {
              * @default false
              */
             save?: boolean;
-            /** @description Values by unique ID and key. */
+            /** @description Values by servo (unique ID, serial number or label) and key. */
             servos: {
                 [key: string]: {
                     [key: string]: boolean | number | string;
@@ -4299,7 +4299,7 @@ export interface components {
         BurstCommand: {
             /** @description Type of the value: angle (°), speed (rpm) or torque (%). */
             type: components["schemas"]["CommandKind"];
-            /** @description Unique ID, 32 lower-case hex digits. */
+            /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
             uid: string;
             /** @description Angle (°), speed (rpm) or torque (%). */
             value: number;
@@ -4776,7 +4776,7 @@ export interface components {
             node_id?: number | null;
             /** @description Servo ID (0x45), 1 to 254. Null to keep it. */
             servo_id?: number | null;
-            /** @description Unique ID, 32 lower-case hex digits. */
+            /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
             uid: string;
         };
         /**
@@ -5729,7 +5729,7 @@ export interface components {
             note?: string;
             /** @description Set-up of the runs. Null for that of the servo. */
             set_up?: components["schemas"]["SetUp"] | null;
-            /** @description Unique IDs, in order. */
+            /** @description Servos, in order. */
             uids: string[];
         };
         /** @description Values by key, in the units of the parameter manual. */
@@ -6577,7 +6577,7 @@ export interface components {
              * @default angle
              */
             type?: components["schemas"]["CommandKind"];
-            /** @description Servos that are commanded together, unique IDs. */
+            /** @description Servos that are commanded together. */
             uids: string[];
         };
         /**
@@ -6742,7 +6742,7 @@ export interface components {
              * @default false
              */
             dry_run?: boolean;
-            /** @description Servos, unique IDs. Null: all that are configured on and were switched off by a stop, lease or command. */
+            /** @description Servos. Null: all that are configured on and were switched off by a stop, lease or command. */
             uids?: string[] | null;
         };
         /**
@@ -7460,7 +7460,7 @@ export interface components {
              * @default false
              */
             save?: boolean;
-            /** @description Servos in the order of writing, unique IDs. */
+            /** @description Servos in the order of writing. */
             uids: string[];
         };
         /**
@@ -7477,7 +7477,7 @@ export interface components {
             firmware?: string | null;
             /** @description ID of the snapshot to take the values from. */
             from_snapshot?: number | null;
-            /** @description Servo to take the values from, unique ID. */
+            /** @description Servo to take the values from. */
             from_uid?: string | null;
             /**
              * @description Include the identity rows 0x44 to 0x46.
@@ -8722,8 +8722,8 @@ export interface components {
             restart_delay_s: number;
             /** @description Error of the temperature and supply sensors, -1 to 1 of ±5 °C and ±0.5 V. */
             sensor_error: number;
-            /** @description Product number. */
-            serial: number;
+            /** @description Serial number: model number, dash, product number, such as `61-466861`. */
+            serial: string;
             /** @description Servo ID (0x45). */
             servo_id: number;
             /** @description Soft start: moves slowly to its first target. */
@@ -8860,7 +8860,7 @@ export interface components {
             profile?: components["schemas"]["MotionProfile"] | null;
             /** @description Type of the value: angle (°), speed (rpm) or torque (%). */
             type: components["schemas"]["CommandKind"];
-            /** @description Unique ID of the servo, 32 hex digits. */
+            /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
             uid: string;
             /** @description Angle (°), speed (rpm) or torque (%). */
             value: number;
@@ -9266,7 +9266,7 @@ export interface components {
              * @enum {string}
              */
             type: "stream";
-            /** @description Setpoints by unique ID: angle (°), speed (rpm) or torque (%). */
+            /** @description Setpoints by servo: angle (°), speed (rpm) or torque (%). */
             values: {
                 [key: string]: number;
             };
@@ -9278,7 +9278,7 @@ export interface components {
         StreamValues: {
             /** @description Speed and acceleration limits of the move. All servos arrive at the same time. Null: none. */
             profile?: components["schemas"]["MotionProfile"] | null;
-            /** @description Setpoints by unique ID: angle (°), speed (rpm) or torque (%). */
+            /** @description Setpoints by servo: angle (°), speed (rpm) or torque (%). */
             values: {
                 [key: string]: number;
             };
@@ -9301,7 +9301,7 @@ export interface components {
              */
             type: "subscribe";
             /**
-             * @description Servos to limit all topics to, unique IDs. Null removes the limit; omit to keep it.
+             * @description Servos to limit all topics to (unique ID, serial number or label). Null removes the limit; omit to keep it.
              * @default null
              */
             uids?: string[] | null;
@@ -10153,6 +10153,8 @@ export interface components {
         by: string;
         /** @description Keys, separated by commas. Default: all channels. */
         channels: string | null;
+        /** @description Position of the next page, from the header `Link`. */
+        cursor: string | null;
         /** @description ID of the job. */
         job_id: string;
         /** @description Parameter key. */
@@ -10161,6 +10163,8 @@ export interface components {
         label: string | null;
         /** @description ID of the lease. */
         lease_id: string;
+        /** @description Maximum number of rows, newest first. */
+        limit: number;
         /** @description Model, such as `BLA21-06U-A0`. */
         model: string | null;
         /** @description Name of the profile, 1 to 80 characters without slash. */
@@ -10179,7 +10183,7 @@ export interface components {
         snapshot_id: number;
         /** @description ID of the stream. */
         stream_id: string;
-        /** @description Unique ID, 32 lower-case hex digits. */
+        /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
         uid: string;
         /** @description Wait until the job has ended. The response is 200 with the finished job. */
         wait: boolean;
@@ -10256,8 +10260,8 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
-                uid: string;
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
+                uid: components["parameters"]["uid"];
             };
             cookie?: never;
         };
@@ -10276,6 +10280,9 @@ export interface operations {
                     "application/json": components["schemas"]["AllocationChange"];
                 };
             };
+            404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
             default: components["responses"]["CommonProblem"];
@@ -10289,8 +10296,8 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
-                uid: string;
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
+                uid: components["parameters"]["uid"];
             };
             cookie?: never;
         };
@@ -10305,9 +10312,9 @@ export interface operations {
                     "application/json": components["schemas"]["AllocationChange"];
                 };
             };
-            /** @description `unknown_uid` */
+            /** @description `unknown_servo`, `unknown_uid` */
             404: components["responses"]["Problem"];
-            /** @description `busy` */
+            /** @description `busy`, `conflict` */
             409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
@@ -10316,8 +10323,6 @@ export interface operations {
     list_audit: {
         parameters: {
             query?: {
-                /** @description Maximum number of rows, newest first. */
-                limit?: number;
                 /** @description Servo of the rows. */
                 uid?: string | null;
                 /** @description Parameter key. */
@@ -10328,6 +10333,10 @@ export interface operations {
                 since?: components["parameters"]["since"];
                 /** @description Rows before this ID, for the next page. */
                 before_id?: components["parameters"]["before_id"];
+                /** @description Maximum number of rows, newest first. */
+                limit?: number;
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
             };
             header?: never;
             path?: never;
@@ -10338,12 +10347,17 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["AuditRow"][];
                 };
             };
+            404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -10377,6 +10391,9 @@ export interface operations {
                     "text/csv": unknown;
                 };
             };
+            404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -10809,7 +10826,12 @@ export interface operations {
     };
     list_logs: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows, newest first. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -10819,12 +10841,15 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["LogFile"][];
                 };
             };
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11062,6 +11087,8 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_snapshot`, `unknown_profile` */
             404: components["responses"]["Problem"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             504: components["responses"]["no_response"];
             default: components["responses"]["CommonProblem"];
@@ -11072,7 +11099,7 @@ export interface operations {
             query?: {
                 /** @description Any of servos, events, jobs, bus and telemetry, separated by commas. Lease and stop messages are always sent. */
                 topics?: string;
-                /** @description Unique IDs, separated by commas: limits servos, parameters and telemetry to these. Default: all. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label, separated by commas: limits servos, parameters and telemetry to these. Default: all. */
                 uids?: string | null;
             };
             header?: {
@@ -11093,6 +11120,9 @@ export interface operations {
                     "text/event-stream": string;
                 };
             };
+            404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -11100,7 +11130,7 @@ export interface operations {
     read_faults: {
         parameters: {
             query?: {
-                /** @description Unique IDs, separated by commas. Default: all servos. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label, separated by commas. Default: all. */
                 uids?: string | null;
             };
             header?: never;
@@ -11127,8 +11157,10 @@ export interface operations {
             query?: {
                 /** @description Servo of the frequency responses. */
                 uid?: string | null;
-                /** @description Maximum number, newest first. */
+                /** @description Maximum number of rows, newest first. */
                 limit?: number;
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
             };
             header?: never;
             path?: never;
@@ -11139,12 +11171,17 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["FrequencyResponse"][];
                 };
             };
+            404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -11292,7 +11329,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -11370,8 +11407,8 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
-                uid: string;
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
+                uid: components["parameters"]["uid"];
             };
             cookie?: never;
         };
@@ -11387,6 +11424,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -11402,8 +11441,8 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
-                uid: string;
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
+                uid: components["parameters"]["uid"];
             };
             cookie?: never;
         };
@@ -11417,7 +11456,7 @@ export interface operations {
                 content?: never;
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `busy` */
+            /** @description `busy`, `conflict` */
             409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
@@ -11431,8 +11470,8 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
-                uid: string;
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
+                uid: components["parameters"]["uid"];
             };
             cookie?: never;
         };
@@ -11452,6 +11491,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -11465,6 +11506,10 @@ export interface operations {
                 state?: components["schemas"]["JobState"] | null;
                 /** @description Servo of the job, or of one of its steps. */
                 uid?: string | null;
+                /** @description Maximum number of rows, newest first. */
+                limit?: number;
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
             };
             header?: never;
             path?: never;
@@ -11475,19 +11520,27 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["Job"][];
                 };
             };
+            404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
     get_job: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum time to wait for the end of the job, s. */
+                wait?: number;
+            };
             header?: never;
             path: {
                 /** @description ID of the job. */
@@ -11934,7 +11987,7 @@ export interface operations {
     read_matrix: {
         parameters: {
             query?: {
-                /** @description Unique IDs, separated by commas. Default: all servos online. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label, separated by commas. Default: all servos online. */
                 uids?: string | null;
                 /** @description Parameter keys, separated by commas. Default: all rows. */
                 keys?: string | null;
@@ -12141,7 +12194,7 @@ export interface operations {
             403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_parameter`, `unknown_servo`, `unknown_snapshot` */
             404: components["responses"]["Problem"];
-            /** @description `not_in_this_model`, `read_only`, `busy` */
+            /** @description `not_in_this_model`, `read_only`, `busy`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
@@ -12335,7 +12388,12 @@ export interface operations {
     };
     list_recordings: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows, newest first. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -12345,12 +12403,15 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["Recording"][];
                 };
             };
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12523,8 +12584,10 @@ export interface operations {
             query?: {
                 /** @description Servo of the runs. */
                 uid?: string | null;
-                /** @description Maximum number of runs, newest first. */
+                /** @description Maximum number of rows, newest first. */
                 limit?: number;
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
             };
             header?: never;
             path?: never;
@@ -12535,12 +12598,17 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["StepRun"][];
                 };
             };
+            404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -12708,7 +12776,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -12725,6 +12793,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -12737,7 +12807,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -12758,6 +12828,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -12772,7 +12844,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -12789,7 +12861,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range` */
             422: components["responses"]["Problem"];
             502: components["responses"]["refused_by_servo"];
@@ -12811,7 +12884,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -12832,7 +12905,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -12861,7 +12934,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -12906,7 +12979,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -12923,6 +12996,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -12935,7 +13010,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -12950,7 +13025,7 @@ export interface operations {
                 content?: never;
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `busy`, `lease_held` */
+            /** @description `busy`, `lease_held`, `conflict` */
             409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
@@ -12969,7 +13044,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13017,7 +13092,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13034,7 +13109,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -13057,7 +13133,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13087,7 +13163,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `not_in_this_model`, `busy`, `lease_held` */
+            /** @description `not_in_this_model`, `busy`, `lease_held`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -13104,7 +13180,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13121,6 +13197,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -13130,7 +13208,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13147,6 +13225,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -13167,7 +13247,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13184,6 +13264,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
             /** @description `store_failed`, `interrupted` */
@@ -13207,7 +13289,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
                 /** @description Key of the bit. */
                 key: string;
@@ -13227,6 +13309,8 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_fault` */
             404: components["responses"]["Problem"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
             /** @description `store_failed`, `interrupted` */
@@ -13250,7 +13334,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13280,7 +13364,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -13309,7 +13393,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13335,7 +13419,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `not_in_this_model`, `busy`, `configuration_lost`, `lease_held`, `commanded_elsewhere` */
+            /** @description `not_in_this_model`, `busy`, `configuration_lost`, `lease_held`, `commanded_elsewhere`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -13364,7 +13448,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13394,7 +13478,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -13420,7 +13504,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13441,7 +13525,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -13464,7 +13548,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13479,7 +13563,7 @@ export interface operations {
                 content?: never;
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `lease_held` */
+            /** @description `lease_held`, `conflict` */
             409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
@@ -13490,7 +13574,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13507,6 +13591,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -13527,7 +13613,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13557,7 +13643,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -13580,7 +13666,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13598,6 +13684,8 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_run` */
             404: components["responses"]["Problem"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -13610,7 +13698,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13627,7 +13715,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -13645,7 +13734,7 @@ export interface operations {
                 "If-Match"?: components["parameters"]["If-Match"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13689,7 +13778,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13706,7 +13795,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -13722,7 +13812,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13764,7 +13854,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13781,7 +13871,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -13797,7 +13888,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13839,7 +13930,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13856,7 +13947,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -13872,7 +13964,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13914,7 +14006,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13931,7 +14023,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -13947,7 +14040,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -13989,7 +14082,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14006,7 +14099,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14022,7 +14116,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14064,7 +14158,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14081,7 +14175,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14097,7 +14192,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14139,7 +14234,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14156,7 +14251,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14172,7 +14268,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14214,7 +14310,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14231,7 +14327,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14247,7 +14344,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14289,7 +14386,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14306,7 +14403,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14322,7 +14420,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14364,7 +14462,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14381,7 +14479,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14394,7 +14493,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14411,7 +14510,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14424,7 +14524,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14441,7 +14541,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14454,7 +14555,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14471,7 +14572,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14484,7 +14586,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14501,7 +14603,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14514,7 +14617,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14531,7 +14634,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14547,7 +14651,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14589,7 +14693,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14606,7 +14710,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14619,7 +14724,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14636,7 +14741,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14649,7 +14755,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14666,7 +14772,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14679,7 +14786,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14696,7 +14803,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14709,7 +14817,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14726,7 +14834,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14739,7 +14848,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14756,7 +14865,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14769,7 +14879,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14786,7 +14896,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14799,7 +14910,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14816,7 +14927,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14832,7 +14944,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14874,7 +14986,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14891,7 +15003,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14907,7 +15020,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14949,7 +15062,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -14966,7 +15079,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -14982,7 +15096,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15024,7 +15138,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15041,7 +15155,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15054,7 +15169,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15071,7 +15186,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15084,7 +15200,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15101,7 +15217,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15114,7 +15231,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15131,7 +15248,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15144,7 +15262,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15161,7 +15279,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15174,7 +15293,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15191,7 +15310,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15204,7 +15324,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15221,7 +15341,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15237,7 +15358,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15279,7 +15400,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15296,7 +15417,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15312,7 +15434,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15354,7 +15476,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15371,7 +15493,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15387,7 +15510,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15429,7 +15552,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15446,7 +15569,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15462,7 +15586,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15504,7 +15628,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15521,7 +15645,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15537,7 +15662,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15579,7 +15704,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15596,7 +15721,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15612,7 +15738,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15654,7 +15780,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15671,7 +15797,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15687,7 +15814,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15729,7 +15856,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15746,7 +15873,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15762,7 +15890,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15804,7 +15932,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15821,7 +15949,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15837,7 +15966,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15879,7 +16008,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15896,7 +16025,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15912,7 +16042,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15954,7 +16084,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -15971,7 +16101,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -15987,7 +16118,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16029,7 +16160,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16046,7 +16177,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16062,7 +16194,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16104,7 +16236,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16121,7 +16253,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16137,7 +16270,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16179,7 +16312,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16196,7 +16329,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16212,7 +16346,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16254,7 +16388,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16271,7 +16405,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16287,7 +16422,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16329,7 +16464,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16346,7 +16481,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16362,7 +16498,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16404,7 +16540,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16421,7 +16557,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16437,7 +16574,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16479,7 +16616,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16496,7 +16633,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16512,7 +16650,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16554,7 +16692,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16571,7 +16709,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16587,7 +16726,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16629,7 +16768,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16646,7 +16785,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16662,7 +16802,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16704,7 +16844,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16721,7 +16861,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16737,7 +16878,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16779,7 +16920,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16796,7 +16937,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16812,7 +16954,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16854,7 +16996,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16871,7 +17013,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16887,7 +17030,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16929,7 +17072,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -16946,7 +17089,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -16962,7 +17106,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17004,7 +17148,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
                 /** @description Parameter key. */
                 key: components["parameters"]["key"];
@@ -17025,7 +17169,8 @@ export interface operations {
             403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             502: components["responses"]["refused_by_servo"];
             503: components["responses"]["bus_disconnected"];
@@ -17041,7 +17186,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
                 /** @description Parameter key. */
                 key: components["parameters"]["key"];
@@ -17085,7 +17230,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17102,6 +17247,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -17114,7 +17261,7 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17135,7 +17282,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `busy`, `lease_held` */
+            /** @description `busy`, `lease_held`, `conflict` */
             409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
@@ -17157,7 +17304,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17187,7 +17334,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `busy`, `lease_held` */
+            /** @description `busy`, `lease_held`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -17209,7 +17356,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17226,6 +17373,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             503: components["responses"]["bus_disconnected"];
             504: components["responses"]["no_response"];
@@ -17248,7 +17397,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17295,8 +17444,8 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
-                uid: string;
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
+                uid: components["parameters"]["uid"];
             };
             cookie?: never;
         };
@@ -17312,6 +17461,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -17324,8 +17475,8 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
-                uid: string;
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
+                uid: components["parameters"]["uid"];
             };
             cookie?: never;
         };
@@ -17345,17 +17496,24 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
     list_snapshots: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows, newest first. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
-                uid: string;
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
+                uid: components["parameters"]["uid"];
             };
             cookie?: never;
         };
@@ -17364,6 +17522,8 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17371,6 +17531,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -17388,7 +17550,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17409,7 +17571,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `busy`, `not_in_this_model` */
+            /** @description `busy`, `not_in_this_model`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -17426,8 +17588,8 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
-                uid: string;
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
+                uid: components["parameters"]["uid"];
                 /** @description ID of a snapshot of this servo. */
                 snapshot_id: components["parameters"]["snapshot_id"];
             };
@@ -17446,6 +17608,8 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_snapshot` */
             404: components["responses"]["Problem"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -17458,8 +17622,8 @@ export interface operations {
                 Lease?: components["parameters"]["Lease"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
-                uid: string;
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
+                uid: components["parameters"]["uid"];
                 /** @description ID of a snapshot of this servo. */
                 snapshot_id: components["parameters"]["snapshot_id"];
             };
@@ -17476,6 +17640,8 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_snapshot` */
             404: components["responses"]["Problem"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -17497,7 +17663,7 @@ export interface operations {
             path: {
                 /** @description ID of a snapshot of this servo. */
                 snapshot_id: components["parameters"]["snapshot_id"];
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17553,7 +17719,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17583,7 +17749,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost` */
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -17601,7 +17767,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17618,6 +17784,8 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -17627,7 +17795,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17649,7 +17817,8 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
-            409: components["responses"]["not_in_this_model"];
+            /** @description `not_in_this_model`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -17664,7 +17833,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17682,6 +17851,8 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -17696,7 +17867,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17714,6 +17885,8 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             /** @description `not_available` */
             501: components["responses"]["Problem"];
@@ -17733,7 +17906,7 @@ export interface operations {
                 "Idempotency-Key"?: components["parameters"]["Idempotency-Key"];
             };
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -17754,7 +17927,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `commanded_elsewhere`, `configuration_lost`, `needs_confirmation`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -18157,7 +18330,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -18175,6 +18348,8 @@ export interface operations {
             };
             /** @description `no_simulator`, `unknown_servo` */
             404: components["responses"]["Problem"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -18184,7 +18359,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -18200,6 +18375,8 @@ export interface operations {
             };
             /** @description `no_simulator`, `unknown_servo` */
             404: components["responses"]["Problem"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -18209,7 +18386,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -18231,7 +18408,7 @@ export interface operations {
             };
             /** @description `no_simulator`, `unknown_servo` */
             404: components["responses"]["Problem"];
-            /** @description `busy` */
+            /** @description `busy`, `conflict` */
             409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
@@ -18242,7 +18419,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Unique ID, 32 lower-case hex digits. */
+                /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
                 uid: components["parameters"]["uid"];
             };
             cookie?: never;
@@ -18260,6 +18437,8 @@ export interface operations {
             };
             /** @description `no_simulator`, `unknown_servo` */
             404: components["responses"]["Problem"];
+            /** @description `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
@@ -18384,7 +18563,7 @@ export interface operations {
                 };
             };
             404: components["responses"]["unknown_servo"];
-            /** @description `busy`, `lease_held`, `needs_confirmation` */
+            /** @description `busy`, `lease_held`, `needs_confirmation`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];

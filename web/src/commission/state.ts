@@ -56,7 +56,7 @@ export const jobUnderWay = computed(() => mine.value.find(job => !ended(job)) ??
 /** The newest job that is not shown and can be resumed. */
 export const unfinishedJob = computed<Job | null>(() => {
   const found = (known.value ?? []).flatMap(id => jobs.value.get(id) ?? []);
-  return found.findLast(job => job.resumable && !draft.value.jobs.includes(job.id)) ?? null;
+  return found.find(job => job.resumable && !draft.value.jobs.includes(job.id)) ?? null;
 });
 
 /** Show the job that another page links to. */

@@ -9,6 +9,7 @@ from fastapi import Header, Query, Request
 from fastapi.sse import format_sse_event
 from starlette.responses import StreamingResponse
 
+from hornbill.api.addressing import NAMES, ServoRefs
 from hornbill.api.dependencies import TheHost
 from hornbill.api.live.event_log import ALWAYS, TELEMETRY, Cursor, EventBuffer, EventLog, LogEntry, log_of
 from hornbill.api.routing import Routes
@@ -34,12 +35,8 @@ Topics = Annotated[
     ),
 ]
 Uids = Annotated[
-    str | None,
-    Query(
-        pattern="^[0-9a-f]{32}(,[0-9a-f]{32})*$",
-        max_length=33 * 127,
-        description="Unique IDs, separated by commas: limits servos, parameters and telemetry to these. Default: all.",
-    ),
+    ServoRefs | None,
+    Query(description=f"{NAMES}, separated by commas: limits servos, parameters and telemetry to these. Default: all."),
 ]
 Last = Annotated[
     str | None,
@@ -50,6 +47,7 @@ Last = Annotated[
 @routes.get(
     "/events/stream",
     Role.VIEW,
+    "unknown_servo",
     "invalid_value",
     response_class=StreamingResponse,
     responses={

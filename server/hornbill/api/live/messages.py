@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 from typing_extensions import TypeAliasType
 
+from hornbill.api.addressing import Distinct, ServoName, ServoRef
 from hornbill.domain.bus import Bus, DecodedTransfer, RawFrame, TransferKind
 from hornbill.domain.by_key import ByKey
 from hornbill.domain.event import EventCode
@@ -47,9 +48,10 @@ class Subscribe(Message):
 
     type: Literal["subscribe"]
     topics: list[Topic] = Field(description="Topics to subscribe to.")
-    uids: list[str] | None = Field(
+    uids: list[ServoName] | None = Field(
         default=None,
-        description="Servos to limit all topics to, unique IDs. Null removes the limit; omit to keep it.",
+        description="Servos to limit all topics to (unique ID, serial number or label). Null removes the limit; omit "
+        "to keep it.",
     )
     frames: FrameFilter | None = Field(default=None, description="Filter of topic `frames`.")
 
@@ -71,7 +73,7 @@ class Heartbeat(Message):
 class SocketCommand(Message):
     """One motion command of a `command` message."""
 
-    uid: UidText
+    uid: ServoRef
     type: CommandKind = Field(description="Type of the value: angle (°), speed (rpm) or torque (%).")
     value: float = Field(allow_inf_nan=False, description="Angle (°), speed (rpm) or torque (%).")
     confirm: MotionConfirms
@@ -113,8 +115,8 @@ class StreamMessage(Message):
     type: Literal["stream"]
     lease: str = Field(description="ID of the lease.")
     id: str = Field(description="ID of the stream.")
-    values: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(
-        min_length=1, max_length=60, description="Setpoints by unique ID: angle (°), speed (rpm) or torque (%)."
+    values: Annotated[dict[ServoRef, Annotated[float, Field(allow_inf_nan=False)]], Distinct] = Field(
+        min_length=1, max_length=60, description="Setpoints by servo: angle (°), speed (rpm) or torque (%)."
     )
     profile: MotionProfile | None = Field(
         default=None, description="Speed and acceleration limits of the move. Null: none."

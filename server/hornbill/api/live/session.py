@@ -5,6 +5,7 @@ import contextlib
 
 from pydantic import TypeAdapter, ValidationError
 
+from hornbill.api.addressing import address_by
 from hornbill.api.live import messages
 from hornbill.api.live.socket_queue import SocketQueue
 from hornbill.api.security.access import Identity, forbidden
@@ -24,6 +25,7 @@ class SocketSession:
 
     def __init__(self, host: Host, queue: SocketQueue, who: Identity | None = None) -> None:
         """`who`: identity of the client; None without access control."""
+        address_by(host)
         self._host = host
         self._queue = queue
         self._who = who
@@ -36,10 +38,6 @@ class SocketSession:
         """Handle one client message. Failures are sent as `error` messages, never raised."""
         try:
             message = _CLIENT.validate_json(text)
-        except ValidationError as error:
-            self._queue.refuse(InvalidValue(f"Invalid message: {error.errors()[0]['msg']}.", cause="message_invalid"))
-            return
-        try:
             self._allow(message)
             match message:
                 case messages.Subscribe():
@@ -60,6 +58,8 @@ class SocketSession:
                     self._host.streams.put(message.id, message.lease, message.values, profile)
                 case messages.StopMessage():
                     self._host.stop.now(message.mode, signed(message.by), message.reason)
+        except ValidationError as error:
+            self._queue.refuse(_invalid(error))
         except HornbillError as error:
             self._queue.refuse(error)
 
@@ -128,3 +128,9 @@ class SocketSession:
             )
         profile = TrapezoidProfile(command.profile.speed_deg_s, command.profile.accel_deg_s2)
         await self._host.jogs.move(servo, lease_id, command.value, profile, clamp=False, confirm=command.confirm)
+
+
+def _invalid(error: ValidationError) -> InvalidValue:
+    first = error.errors()[0]
+    where = ".".join(str(part) for part in first["loc"][1:])  # the first part is the type of the message
+    return InvalidValue(f"Invalid message: {where and f'{where}: '}{first['msg']}.", cause="message_invalid")

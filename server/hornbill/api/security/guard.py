@@ -13,6 +13,7 @@ from hornbill.api.security.access import WHO, Access, Identity, forbidden
 from hornbill.api.security.bodies import ready
 from hornbill.api.security.origin import LOCAL_NAMES, Policy
 from hornbill.api.security.proxied import apply_forwarded
+from hornbill.api.security.queries import check_query
 from hornbill.api.security.roles import LOCAL, PUBLIC, ROW, Role, RouteTable, needed
 from hornbill.errors import HornbillError, Unauthorized
 from hornbill.servo.runtime.actor import act_as
@@ -31,7 +32,7 @@ SAFE: Final = (
 
 
 class Guard:
-    """ASGI middleware that checks host and origin, then identity and role, then the body."""
+    """ASGI middleware that checks host and origin, then identity and role, then query and body."""
 
     def __init__(
         self, app: ASGIApp, table: RouteTable, policy: Policy | None, access: Access, *, behind_proxy: bool = False,
@@ -57,6 +58,7 @@ class Guard:
         scope[ROW] = self._table.find(scope.get("method", "GET"), route_path(scope))
         try:
             who = self._admit(scope)
+            check_query(scope[ROW], scope)
             if scope["type"] == "http":
                 body = await ready(scope, route_path(scope), receive)
                 if body is not receive:  # check again: the token may have been revoked while the body arrived

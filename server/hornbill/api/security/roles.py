@@ -52,6 +52,8 @@ class RouteRole(NamedTuple):
 
     route: Route | WebSocketRoute
     least: int
+    query: frozenset[str] | None = None
+    """Names of its query parameters. None if any are accepted: files of the page."""
 
 
 class RouteTable:

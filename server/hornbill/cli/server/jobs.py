@@ -22,7 +22,7 @@ def list_(
     server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """List running and recently ended jobs, oldest first."""
+    """List running and recently ended jobs, newest first."""
     with client(server) as hornbill:
         found = hornbill.jobs.all(state=state, uid=None if servo is None else hornbill.look_up(servo).uid)
     if as_json:

@@ -18,7 +18,7 @@ class AsyncJobs:
     async def all(
         self, *, kind: str | None = None, state: str | None = None, uid: str | None = None
     ) -> list[responses.Job]:
-        """Running and recently ended jobs, oldest first."""
+        """Running and recently ended jobs, newest first."""
         return await self._request("GET", "/jobs", kind=kind, state=state, uid=uid)
 
     async def get(self, job: str) -> responses.Job:

@@ -18,7 +18,7 @@ class Jobs:
         self._request = connection.request
 
     def all(self, *, kind: str | None = None, state: str | None = None, uid: str | None = None) -> list[responses.Job]:
-        """Running and recently ended jobs, oldest first."""
+        """Running and recently ended jobs, newest first."""
         return self._request("GET", "/jobs", kind=kind, state=state, uid=uid)
 
     def get(self, job: str) -> responses.Job:

@@ -227,10 +227,10 @@ class Jobs:
         finally:
             self._end(job)
 
-    async def wait(self, job: RunningJob) -> RunningJob:
-        """Wait until the job has ended, with any outcome."""
+    async def wait(self, job: RunningJob, within_s: float | None = None) -> RunningJob:
+        """Wait until the job has ended, with any outcome, or at most `within_s`."""
         if job.task is not None:
-            await asyncio.wait([job.task])
+            await asyncio.wait([job.task], timeout=within_s)
         return job
 
     async def succeeded(self, child: RunningJob, cancelled: HornbillError) -> None:

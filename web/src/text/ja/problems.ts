@@ -166,6 +166,7 @@ export const causes: Readonly<Record<string, FactsText>> = {
     `動作権は要求していた${who(p.by)}に移るところです。1秒後にやり直してください。`,
   could_switch_off: p =>
     `${p.key}を${p.requested}${u(p)}にすると、今すぐ出力が切れる可能性があります${p.reading === undefined ? "（測定値は不明）" : `（測定値${p.reading}${u(p)}、余裕±${p.margin}${u(p)}）`}。`,
+  cursor_invalid: () => `一覧の続きが見つかりません。最初から読み直してください。`,
   data_folder_only: p =>
     `${p.address}は開けません。ネットワーク経由ではデータフォルダの記録だけを名前で開けます。`,
   delete_failed: p => `${p.name}を削除できません。`,
@@ -414,6 +415,10 @@ export const causes: Readonly<Record<string, FactsText>> = {
   playback_ended: () => `記録の再生が終わりました。もう一度再生するか、バスを接続してください。`,
   playback_in_progress: () => `記録を再生中です。バスを接続すると記録されます。`,
   playback_speed_invalid: p => `「${p.requested}」は再生速度として使えません。`,
+  query_parameter_repeated: p => `${p.parameter}は1回だけ指定してください。`,
+  query_parameter_unknown: p =>
+    `${p.parameter}という指定はありません。${p.nearest ? `近い名前は${p.nearest}です。` : ""}何も変更していません。`,
+  servo_ambiguous: p => `${p.name}というサーボが複数あります。UIDで指定してください。`,
   tests_missing: () => "測定項目がありません。1つ以上選んでください。",
   outside_range: p =>
     `${p.servo}のホーンは${p.angle_deg}で、範囲${p.minimum}～${p.maximum}の外にあります。先に範囲内へ動かしてください。`,

@@ -11,6 +11,7 @@ from starlette.responses import StreamingResponse
 
 from hornbill.api.dependencies import TheBusLog
 from hornbill.api.downloads import attachment
+from hornbill.api.paging import Page, pages
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.bus.recordings.bus_log import LogStatus
@@ -83,9 +84,9 @@ async def stop_log(bus_log: TheBusLog) -> LogState:
 
 
 @routes.get("/bus/logs", Role.VIEW)
-async def list_logs(bus_log: TheBusLog) -> list[LogFile]:
+async def list_logs(bus_log: TheBusLog, page: Annotated[Page, pages(1000, 1000)]) -> list[LogFile]:
     """List the logs in the data folder, newest first. To play a log back, `PUT /bus` with address `file:NAME`."""
-    files = await asyncio.to_thread(bus_log.folder.all)
+    files = page.of(await asyncio.to_thread(bus_log.folder.all), lambda file: file.name)
     return [LogFile(name=file.name, bytes=file.size, modified_at=file.modified_at) for file in files]
 
 

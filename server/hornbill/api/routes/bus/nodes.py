@@ -149,7 +149,7 @@ async def list_allocations(host: TheHost) -> Allocations:
     )
 
 
-@routes.put("/allocations/{uid}", Role.CONFIGURE, "out_of_range", "invalid_value")
+@routes.put("/allocations/{uid}", Role.CONFIGURE, "unknown_servo", "out_of_range", "invalid_value")
 async def pin_allocation(host: TheHost, uid: UidPath, body: Pin, lease: LeaseHeader = None) -> AllocationChange:
     """Reserve a node ID, 1 to 125, for a node, which receives it with its next request. The node may be unknown."""
     before = host.store.allocations.entries().get(Uid(uid))
@@ -161,7 +161,7 @@ async def pin_allocation(host: TheHost, uid: UidPath, body: Pin, lease: LeaseHea
     return _change(host, host.store.allocations.get(Uid(uid)), note)
 
 
-@routes.delete("/allocations/{uid}", Role.CONFIGURE, "unknown_uid", "busy", "invalid_value")
+@routes.delete("/allocations/{uid}", Role.CONFIGURE, "unknown_servo", "unknown_uid", "busy", "invalid_value")
 async def forget_allocation(host: TheHost, uid: UidPath, lease: LeaseHeader = None) -> AllocationChange:
     """Free the node ID of a node and remove its pin. A node that is online keeps its ID until it restarts."""
     entry = host.store.allocations.get(Uid(uid))

@@ -4,6 +4,7 @@ from pydantic import Field
 from starlette.responses import Response
 
 from hornbill.api import present
+from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.routes.server.jobs import Wait, job_response, preview_response, starts
 from hornbill.api.routing import Routes
@@ -36,7 +37,7 @@ class Candidates(Model):
 class CommissionServo(Model):
     """Settings of one servo. Null and "" keep the current value."""
 
-    uid: UidField
+    uid: ServoRef
     servo_id: int | None = Field(default=None, ge=1, le=254, description="Servo ID (0x45), 1 to 254. Null to keep it.")
     node_id: int | None = Field(
         default=None, ge=0, le=125, description="Static node ID. 0 for dynamic. Null to keep it."

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from fastapi import Query
 from pydantic import Field
 
+from hornbill.api.addressing import NAMES, Distinct, ServoName, ServoNames
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.problems import problem
 from hornbill.api.routes.configuration.parameters import revision_of
@@ -40,11 +41,11 @@ class BatchServo(Model):
 class BatchPatch(Model):
     """Values to write, all or nothing for each servo. IDs may be swapped among the servos."""
 
-    servos: dict[str, dict[str, bool | int | float | str]] = Field(
-        min_length=1, max_length=250, description="Values by unique ID and key."
+    servos: Annotated[dict[ServoName, dict[str, bool | int | float | str]], Distinct] = Field(
+        min_length=1, max_length=250, description="Values by servo (unique ID, serial number or label) and key."
     )
-    revisions: dict[str, str] = Field(
-        default_factory=dict[str, str], description="Revisions as in If-Match, by unique ID."
+    revisions: Annotated[dict[ServoName, str], Distinct] = Field(
+        default_factory=dict[ServoName, str], description="Revisions as in If-Match, by servo."
     )
     dry_run: DryRun = False
     save: SaveAfter = False
@@ -77,7 +78,9 @@ Listed = Annotated[str | None, Query(description="Separated by commas. Default: 
 @routes.get("/parameters", Role.VIEW, "unknown_parameter", "bus_disconnected", "invalid_value")
 async def read_matrix(
     host: TheHost,
-    uids: Annotated[Listed, Query(description="Unique IDs, separated by commas. Default: all servos online.")] = None,
+    uids: Annotated[
+        ServoNames | None, Query(description=f"{NAMES}, separated by commas. Default: all servos online.")
+    ] = None,
     keys: Annotated[Listed, Query(description="Parameter keys, separated by commas. Default: all rows.")] = None,
     refresh: Annotated[bool, Query(description="Read the rows from the bus first.")] = False,
 ) -> BatchRead:

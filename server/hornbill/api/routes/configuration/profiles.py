@@ -9,12 +9,13 @@ from fastapi import Header, Path, Query, Request
 from pydantic import Field
 from starlette.responses import Response
 
+from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.routes.server.jobs import Wait, job_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.change import LineVerdict
-from hornbill.domain.fields import DryRun, Model, OnAnomaly, SafetyConfirm, SaveAfter, UidField
+from hornbill.domain.fields import DryRun, Model, OnAnomaly, SafetyConfirm, SaveAfter
 from hornbill.domain.profile import Name, Profile
 from hornbill.errors import InvalidValue
 from hornbill.servo.host import Host
@@ -39,7 +40,7 @@ class ProfilePut(Model):
     units: dict[str, str] | None = Field(
         default=None, max_length=200, description="Units of the values, by key. Null for the units of the tables."
     )
-    from_uid: UidField | None = Field(default=None, description="Servo to take the values from, unique ID.")
+    from_uid: ServoRef | None = Field(default=None, description="Servo to take the values from.")
     from_snapshot: int | None = Field(default=None, description="ID of the snapshot to take the values from.")
     keys: list[str] | None = Field(
         default=None, description="Keys of the rows to store. Null for all rows but identity."
@@ -57,9 +58,7 @@ class Imported(Model):
 class ProfileApply(Model):
     """Servos to apply a profile to, in this order."""
 
-    uids: list[UidField] = Field(
-        min_length=1, max_length=250, description="Servos in the order of writing, unique IDs."
-    )
+    uids: list[ServoRef] = Field(min_length=1, max_length=250, description="Servos in the order of writing.")
     dry_run: DryRun = False
     save: SaveAfter = False
     on_anomaly: OnAnomaly = Field(

@@ -6,6 +6,7 @@ from fastapi import Path, Query
 from pydantic import Field
 
 from hornbill.api.dependencies import IfMatch, LeaseHeader, TheHost, TheServo, UidPath, known_uid
+from hornbill.api.paging import Page, pages
 from hornbill.api.routes.configuration.parameters import PATCH_PROBLEMS, ParametersPatched, patched, revision_of
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
@@ -97,9 +98,10 @@ RESTORE_PROBLEMS = (*PATCH_PROBLEMS, "unknown_snapshot", "unknown_profile")
 
 
 @routes.get("/servos/{uid}/snapshots", Role.VIEW, "unknown_servo", "invalid_value")
-async def list_snapshots(host: TheHost, uid: UidPath) -> list[Snapshot]:
+async def list_snapshots(host: TheHost, uid: UidPath, page: Annotated[Page, pages(1000, 1000)]) -> list[Snapshot]:
     """List the snapshots of a servo, on the bus or not, newest first."""
-    return [_shown(host, one) for one in await host.store.run(host.store.snapshots.of, known_uid(host, uid))]
+    found = await host.store.run(host.store.snapshots.of, known_uid(host, uid))
+    return [_shown(host, one) for one in page.of(found, lambda one: one.id)]
 
 
 @routes.post(

@@ -7,14 +7,16 @@ from fastapi import Path, Query
 from pydantic import Field
 from starlette.responses import Response
 
+from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.downloads import CSV, attachment
+from hornbill.api.paging import Page, pages
 from hornbill.api.routes.motion.lab import STEP_PROBLEMS
 from hornbill.api.routes.server.jobs import Wait, job_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
-from hornbill.domain.fields import Model, UidField
+from hornbill.domain.fields import Model
 from hornbill.domain.frequency_response import Excitation, FrequencyResponse
 from hornbill.domain.set_up import SetUp
 from hornbill.lab import stored
@@ -68,16 +70,18 @@ async def measure_frequency_response(
     return await job_response(host, tests.begin(servo, lease, plan), wait)
 
 
-@routes.get("/frequency-responses", Role.VIEW)
+@routes.get("/frequency-responses", Role.VIEW, "unknown_servo")
 async def list_frequency_responses(
     host: TheHost,
-    uid: Annotated[UidField | None, Query(description="Servo of the frequency responses.")] = None,
-    limit: Annotated[int, Query(ge=1, le=200, description="Maximum number, newest first.")] = 50,
+    page: Annotated[Page, pages(50, 200)],
+    uid: Annotated[ServoRef | None, Query(description="Servo of the frequency responses.")] = None,
 ) -> list[FrequencyResponse]:
     """List frequency responses of one or all servos, newest first, without the lists of their curves."""
     wanted = None if uid is None else Uid(uid)
-    found = await host.store.run(host.store.runs.of, wanted, kind="frequency_response", limit=limit)
-    return [stored.frequency_response(run, curves=False) for run in found]
+    found = await host.store.run(
+        host.store.runs.of, wanted, kind="frequency_response", limit=page.limit + 1, before_id=page.before_id
+    )
+    return [stored.frequency_response(run, curves=False) for run in page.cut(found, lambda run: run.id)]
 
 
 @routes.get("/frequency-responses/{run_id}", Role.VIEW, "unknown_run")

@@ -3,12 +3,13 @@
 from pydantic import Field
 from starlette.responses import Response
 
+from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.routes.motion.lab import STEP_PROBLEMS
 from hornbill.api.routes.server.jobs import Wait, job_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.fields import Model, UidField
+from hornbill.domain.fields import Model
 from hornbill.domain.improve import Goal, ImproveBounds, ImprovePreview
 from hornbill.domain.set_up import SetUp
 from hornbill.lab.improve import Improvements, ImproveRequest
@@ -42,7 +43,7 @@ class Improve(Model):
 class ImproveSet(Improve):
     """Options of an improvement of several servos in turn."""
 
-    uids: list[UidField] = Field(min_length=1, max_length=50, description="Unique IDs, in order.")
+    uids: list[ServoRef] = Field(min_length=1, max_length=50, description="Servos, in order.")
 
 
 @routes.post("/servos/{uid}/improve/plan", Role.VIEW, *PROBLEMS)

@@ -7,13 +7,15 @@ from fastapi import Path, Query
 from pydantic import Field
 from starlette.responses import Response
 
+from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.downloads import CSV, attachment
+from hornbill.api.paging import Page, pages
 from hornbill.api.routes.server.jobs import Wait, job_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
-from hornbill.domain.fields import Model, UidField
+from hornbill.domain.fields import Model
 from hornbill.domain.set_up import SetUp
 from hornbill.domain.step_test import RunOverlay, StepRun
 from hornbill.errors import InvalidValue
@@ -63,15 +65,17 @@ async def step_test(
     return await job_response(host, tests.begin(servo, lease, plan), wait)
 
 
-@routes.get("/runs", Role.VIEW)
+@routes.get("/runs", Role.VIEW, "unknown_servo")
 async def list_runs(
     host: TheHost,
-    uid: Annotated[UidField | None, Query(description="Servo of the runs.")] = None,
-    limit: Annotated[int, Query(ge=1, le=200, description="Maximum number of runs, newest first.")] = 50,
+    page: Annotated[Page, pages(50, 200)],
+    uid: Annotated[ServoRef | None, Query(description="Servo of the runs.")] = None,
 ) -> list[StepRun]:
     """List runs of one or all servos, newest first, without samples."""
-    found = await host.store.run(host.store.runs.of, None if uid is None else Uid(uid), limit=limit)
-    return [stored.step_run(run, traces=False) for run in found]
+    found = await host.store.run(
+        host.store.runs.of, None if uid is None else Uid(uid), limit=page.limit + 1, before_id=page.before_id
+    )
+    return [stored.step_run(run, traces=False) for run in page.cut(found, lambda run: run.id)]
 
 
 @routes.get("/runs/overlay", Role.VIEW, "unknown_run", "invalid_value")

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from fastapi import Query
 from pydantic import Field
 
+from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
@@ -90,7 +91,7 @@ class TorqueMode(Model):
 class BurstCommand(Model):
     """Command of one servo in a burst."""
 
-    uid: UidField
+    uid: ServoRef
     type: CommandKind = Field(description="Type of the value: angle (°), speed (rpm) or torque (%).")
     value: float = Field(allow_inf_nan=False, description="Angle (°), speed (rpm) or torque (%).")
 

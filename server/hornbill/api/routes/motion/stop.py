@@ -7,11 +7,12 @@ from pydantic import Field
 from starlette.responses import Response
 
 from hornbill.api import present
+from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.routes.server.jobs import Wait, job_response, preview_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import LOCAL, Role
-from hornbill.domain.fields import DryRun, Model, Short, UidField
+from hornbill.domain.fields import DryRun, Model, Short
 from hornbill.domain.motion import OutputRestorePreview, Stop, StopMode
 from hornbill.servo.runtime.actor import signed
 from hornbill.units import Uid
@@ -22,11 +23,10 @@ routes = Routes("motion")
 class OutputRestore(Model):
     """Outputs to restore."""
 
-    uids: list[UidField] | None = Field(
+    uids: list[ServoRef] | None = Field(
         default=None,
         max_length=250,
-        description="Servos, unique IDs. Null: all that are configured on and were switched off by a "
-        "stop, lease or command.",
+        description="Servos. Null: all that are configured on and were switched off by a stop, lease or command.",
     )
     dry_run: DryRun = False
     confirm: list[Literal["load"]] = Field(

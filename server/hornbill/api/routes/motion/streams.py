@@ -4,11 +4,12 @@ from typing import Annotated
 
 from pydantic import Field
 
+from hornbill.api.addressing import Distinct, ServoRef
 from hornbill.api.dependencies import LeaseHeader, StreamId, TheHost
 from hornbill.api.routes.motion.motion import MOTION_PROBLEMS
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.fields import Model, Param, Params, UidField
+from hornbill.domain.fields import Model, Param, Params
 from hornbill.domain.motion import MotionProfile
 from hornbill.domain.note import NoteCode
 from hornbill.schema.effect import CommandKind
@@ -21,9 +22,7 @@ routes = Routes("motion")
 class NewStream(Model):
     """Stream to start."""
 
-    uids: list[UidField] = Field(
-        min_length=1, max_length=60, description="Servos that are commanded together, unique IDs."
-    )
+    uids: list[ServoRef] = Field(min_length=1, max_length=60, description="Servos that are commanded together.")
     type: CommandKind = Field(default="angle", description="Type of the values: angle (°), speed (rpm) or torque (%).")
     rate_hz: float = Field(default=50.0, gt=0, le=200, description="Bursts per second.")
 
@@ -31,8 +30,8 @@ class NewStream(Model):
 class StreamValues(Model):
     """New setpoints. Servos that are not listed keep theirs."""
 
-    values: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(
-        min_length=1, max_length=60, description="Setpoints by unique ID: angle (°), speed (rpm) or torque (%)."
+    values: Annotated[dict[ServoRef, Annotated[float, Field(allow_inf_nan=False)]], Distinct] = Field(
+        min_length=1, max_length=60, description="Setpoints by servo: angle (°), speed (rpm) or torque (%)."
     )
     profile: MotionProfile | None = Field(
         default=None,

@@ -11,12 +11,14 @@ from fastapi import Depends, Query
 from pydantic import Field
 from starlette.responses import StreamingResponse
 
+from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import TheHost
 from hornbill.api.downloads import CSV, attachment
+from hornbill.api.paging import Page, pages
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
-from hornbill.domain.fields import Model, UidField, Utc
+from hornbill.domain.fields import Model, Utc
 from hornbill.domain.note import Note
 from hornbill.servo.host import Host
 from hornbill.servo.profiles.comparing import HIGHEST_ID
@@ -66,7 +68,8 @@ class _Filter:
 
 
 async def _filter(
-    uid: Annotated[UidField | None, Query(description="Servo of the rows.")] = None,
+    _host: TheHost,
+    uid: Annotated[ServoRef | None, Query(description="Servo of the rows.")] = None,
     key: Annotated[str | None, Query(max_length=100, pattern=WORD, description="Parameter key.")] = None,
     action: Annotated[str | None, Query(max_length=100, pattern=WORD, description="Action of the rows.")] = None,
     since: Annotated[
@@ -82,19 +85,22 @@ async def _filter(
 TheFilter = Annotated[_Filter, Depends(_filter)]
 
 
-@routes.get("/audit", Role.VIEW, "invalid_value")
+@routes.get("/audit", Role.VIEW, "unknown_servo", "invalid_value")
 async def list_audit(
     host: TheHost,
     wanted: TheFilter,
-    limit: Annotated[int, Query(ge=1, le=PAGE, description="Maximum number of rows, newest first.")] = 200,
+    page: Annotated[Page, pages(200, PAGE)],
 ) -> list[AuditRow]:
     """List audit rows, newest first. Rows are never changed."""
-    return [_row(one) for one in await wanted.rows(host, limit, wanted.before_id)]
+    before = min((one for one in (page.before_id, wanted.before_id) if one is not None), default=None)
+    rows = await wanted.rows(host, page.limit + 1, before)
+    return [_row(one) for one in page.cut(rows, lambda one: one.id)]
 
 
 @routes.get(
     "/audit.csv",
     Role.VIEW,
+    "unknown_servo",
     "invalid_value",
     response_class=StreamingResponse,
     responses={200: {"content": {"text/csv": {}}, "description": "All matching rows, newest first."}},

@@ -8,13 +8,16 @@ from pydantic import BaseModel, TypeAdapter
 from starlette.responses import Response
 
 from hornbill.api import present
+from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import JobId, LeaseHeader, TheHost
+from hornbill.api.paging import Page, pages
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.change import ResetPreview
 from hornbill.domain.job import Job, JobState
 from hornbill.servo.host import Host
 from hornbill.servo.runtime.jobs import RunningJob
+from hornbill.store.jobs import MAX_ROWS
 
 routes = Routes("jobs")
 
@@ -32,28 +35,38 @@ def starts(preview: type[BaseModel | ResetPreview] | None = None) -> dict[str, A
     return {"status_code": 202, "response_model": Job, "responses": {200: ended, 202: running}}
 
 
-@routes.get("/jobs", Role.VIEW, "invalid_value")
+@routes.get("/jobs", Role.VIEW, "unknown_servo", "invalid_value")
 async def list_jobs(
     host: TheHost,
+    page: Annotated[Page, pages(MAX_ROWS, MAX_ROWS)],
     kind: Annotated[str | None, Query(description="Kind of job.")] = None,
     state: Annotated[JobState | None, Query(description="State of the job.")] = None,
-    uid: Annotated[str | None, Query(description="Servo of the job, or of one of its steps.")] = None,
+    uid: Annotated[ServoRef | None, Query(description="Servo of the job, or of one of its steps.")] = None,
 ) -> list[Job]:
-    """List running and recently ended jobs, oldest first, including those before the server was started."""
+    """List running and recently ended jobs, newest first, including those before the server was started."""
     found = (
         job
-        for job in host.jobs.all()
+        for job in reversed(host.jobs.all())
         if kind in (None, job.kind)
         and state in (None, job.state)
         and (uid in (None, job.uid) or any(step.uid == uid for step in job.steps))
     )
-    return [present.job(job) for job in found]
+    return [present.job(job) for job in page.of(found, lambda job: job.id)]
 
 
 @routes.get("/jobs/{job_id}", Role.VIEW, "unknown_job")
-async def get_job(host: TheHost, job_id: JobId) -> Job:
-    """Get a job."""
-    return present.job(host.jobs.get(job_id))
+async def get_job(
+    host: TheHost,
+    job_id: JobId,
+    wait: Annotated[
+        float, Query(ge=0, le=60, allow_inf_nan=False, description="Maximum time to wait for the end of the job, s.")
+    ] = 0.0,
+) -> Job:
+    """Get a job. With `wait` the response comes when the job has ended, or after that time (long poll)."""
+    job = host.jobs.get(job_id)
+    if wait:
+        await host.jobs.wait(job, within_s=wait)
+    return present.job(job)
 
 
 @routes.delete("/jobs/{job_id}", Role.OPERATE, "unknown_job")

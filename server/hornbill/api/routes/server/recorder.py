@@ -11,6 +11,7 @@ from pydantic import Field
 from starlette.responses import FileResponse
 
 from hornbill.api.dependencies import TheHost, TheRecordings
+from hornbill.api.paging import Page, pages
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.bus.recordings.folder import StoredFile
@@ -157,9 +158,9 @@ async def create_recording(
 
 
 @routes.get("/recorder/recordings", Role.VIEW)
-async def list_recordings(recordings: TheRecordings) -> list[Recording]:
+async def list_recordings(recordings: TheRecordings, page: Annotated[Page, pages(1000, 1000)]) -> list[Recording]:
     """List the recordings in the data folder, newest first."""
-    return await asyncio.to_thread(lambda: [_shown(one) for one in recordings.all()])
+    return await asyncio.to_thread(lambda: [_shown(one) for one in page.of(recordings.all(), lambda file: file.name)])
 
 
 @routes.get(

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
-from fastapi import Depends, Path, Query, Request
+from fastapi import Depends, Query, Request
 from pydantic import ConfigDict, Field, create_model
 from typing_extensions import TypeAliasType
 
 from hornbill.api import PREFIX
-from hornbill.api.dependencies import TheHost
+from hornbill.api.dependencies import TheHost, UidPath
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.autopilot import Program
@@ -44,7 +44,7 @@ class SimServo(Model):
     uid: UidField
     model: str = Field(description="Model, such as `BLA21-06U-A0`.")
     firmware: str = Field(description="Firmware version, such as `1.300`.")
-    serial: int = Field(description="Product number.")
+    serial: str = Field(description="Serial number: model number, dash, product number, such as `61-466861`.")
     story: str = Field(description="Purpose in the simulation, one sentence. Empty for a plain servo.")
     power: SimPower = Field(description="Supply.")
     stage: Literal["off", "starting", "running", "saving"] = Field(description="Operating state.")
@@ -312,7 +312,7 @@ _CONDITIONS = (
 )  # fmt: skip
 
 
-async def _bench(request: Request) -> Bench:
+async def _bench(_host: TheHost, request: Request) -> Bench:
     bench = getattr(request.app.state, "bench", None)
     if not isinstance(bench, Bench):
         raise Unknown(
@@ -324,7 +324,6 @@ async def _bench(request: Request) -> Bench:
 
 
 TheBench = Annotated[Bench, Depends(_bench)]
-ServoUid = Annotated[str, Path(description="Unique ID, 32 lower-case hex digits.")]
 
 
 def routes(catalog: Catalog) -> Routes:
@@ -351,23 +350,23 @@ def routes(catalog: Catalog) -> Routes:
         return _shown(bench, Uid(made.uid.hex()))
 
     @made.get("/servos/{uid}", Role.VIEW, "no_simulator", "unknown_servo")
-    async def get_sim_servo(bench: TheBench, uid: ServoUid) -> SimServo:
+    async def get_sim_servo(bench: TheBench, uid: UidPath) -> SimServo:
         """Get a simulated servo."""
         return _shown(bench, Uid(uid))
 
     @made.delete("/servos/{uid}", Role.ADMIN, "no_simulator", "unknown_servo", status_code=204)
-    async def remove_sim_servo(bench: TheBench, uid: ServoUid) -> None:
+    async def remove_sim_servo(bench: TheBench, uid: UidPath) -> None:
         """Remove a simulated servo from the bus, as if it were unplugged."""
         await bench.remove(Uid(uid))
 
     @made.patch("/servos/{uid}", Role.ADMIN, "no_simulator", "unknown_servo", "invalid_value", "busy")
-    async def change_sim_servo(bench: TheBench, uid: ServoUid, body: SimChange) -> SimServo:
+    async def change_sim_servo(bench: TheBench, uid: UidPath, body: SimChange) -> SimServo:
         """Change the conditions of a simulated servo, all or nothing."""
         _apply(catalog, bench, Uid(uid), body)
         return _shown(bench, Uid(uid))
 
     @made.get("/servos/{uid}/truth", Role.VIEW, "no_simulator", "unknown_servo")
-    async def get_sim_truth(bench: TheBench, uid: ServoUid) -> SimTruth:
+    async def get_sim_truth(bench: TheBench, uid: UidPath) -> SimTruth:
         """Get the true constants and state of a simulated horn, to compare measurements with."""
         return _truth(bench, Uid(uid))
 
@@ -580,7 +579,7 @@ def _shown(bench: Bench, uid: Uid) -> SimServo:
         uid=uid,
         model=servo.model.name,
         firmware=to_text(servo.firmware),
-        serial=servo.serial,
+        serial=f"{servo.model.model_number}-{servo.serial:06d}",
         story=bench.story(uid),
         power="on" if servo.powered else "off",
         stage=servo.stage.value,  # pyright: ignore[reportArgumentType] - a Stage is one of these words

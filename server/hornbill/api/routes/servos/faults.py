@@ -5,7 +5,8 @@ from typing import Annotated
 from fastapi import Path, Query
 from pydantic import Field
 
-from hornbill.api.dependencies import LeaseHeader, TheHost, known_uid
+from hornbill.api.addressing import NAMES, ServoNames
+from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath, known_uid
 from hornbill.api.problems import problem
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
@@ -33,7 +34,6 @@ class ServoFaults(Model):
     problem: Problem | None = Field(default=None, description="Reason why there are none. Null otherwise.")
 
 
-ServoUid = Annotated[str, Path(description="Unique ID, 32 lower-case hex digits.")]
 Key = Annotated[str, Path(description="Key of the bit.")]
 By = Annotated[str | None, Query(max_length=64, description="User who acknowledges. Default: the holder of the lease.")]
 ACKNOWLEDGE_PROBLEMS = ("unknown_servo", "invalid_value", "store_failed")
@@ -42,7 +42,7 @@ ACKNOWLEDGE_PROBLEMS = ("unknown_servo", "invalid_value", "store_failed")
 @routes.get("/faults", Role.VIEW, "invalid_value")
 async def read_faults(
     host: TheHost,
-    uids: Annotated[str | None, Query(description="Unique IDs, separated by commas. Default: all servos.")] = None,
+    uids: Annotated[ServoNames | None, Query(description=f"{NAMES}, separated by commas. Default: all.")] = None,
 ) -> FaultsRead:
     """Get the fault bits of several servos, each as in `GET /servos/{uid}/faults`."""
     listed = [one.uid for one in host.fleet.all()] if uids is None else [one.strip() for one in uids.split(",")]
@@ -50,7 +50,7 @@ async def read_faults(
 
 
 @routes.get("/servos/{uid}/faults", Role.VIEW, "unknown_servo")
-async def list_faults(host: TheHost, uid: ServoUid) -> list[Fault]:
+async def list_faults(host: TheHost, uid: UidPath) -> list[Fault]:
     """List all fault bits of a servo that are or were set, also of a servo off the bus. Failures first, then warnings,
     then notifications; active before past. Bits clear automatically or at a restart and cannot be cleared here.
     """
@@ -58,7 +58,7 @@ async def list_faults(host: TheHost, uid: ServoUid) -> list[Fault]:
 
 
 @routes.post("/servos/{uid}/faults/acknowledge", Role.OPERATE, *ACKNOWLEDGE_PROBLEMS)
-async def acknowledge_faults(host: TheHost, uid: ServoUid, by: By = None, lease: LeaseHeader = None) -> list[Fault]:
+async def acknowledge_faults(host: TheHost, uid: UidPath, by: By = None, lease: LeaseHeader = None) -> list[Fault]:
     """Acknowledge all faults of a servo. Sends nothing to the servo."""
     known = known_uid(host, uid)
     await host.faults.acknowledge(known, _who(host, by, lease))
@@ -73,7 +73,7 @@ async def acknowledge_faults(host: TheHost, uid: ServoUid, by: By = None, lease:
     "invalid_value",
     "store_failed",
 )
-async def acknowledge_fault(host: TheHost, uid: ServoUid, key: Key, by: By = None, lease: LeaseHeader = None) -> Fault:
+async def acknowledge_fault(host: TheHost, uid: UidPath, key: Key, by: By = None, lease: LeaseHeader = None) -> Fault:
     """Acknowledge one fault. The first acknowledgement stays until the bit is set again. Sends nothing to the servo."""
     known = known_uid(host, uid)
     await host.faults.acknowledge(known, _who(host, by, lease), key)

@@ -8,7 +8,8 @@ from fastapi import Query
 from pydantic import Field
 from starlette.responses import Response
 
-from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath, servo_never_seen
+from hornbill.api.addressing import servo_never_seen
+from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath
 from hornbill.api.downloads import CSV, attachment
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
@@ -174,12 +175,11 @@ def _shown(host: Host, stored: StoredServo, snapshots: dict[Uid, int]) -> KnownS
     seen = stored.last_seen
     if servo is not None and servo.status_at is not None:
         seen = max(seen or 0.0, host.base.utc(servo.status_at))
-    numbers = facts.model_number, facts.serial
     return KnownServo(
         uid=stored.uid,
         label=stored.label,
         model=facts.model,
-        serial=None if None in numbers else f"{numbers[0]}-{numbers[1]:06d}",
+        serial=stored.serial_text,
         firmware=None if facts.firmware is None else to_text(facts.firmware),
         hardware_version=facts.hardware_version,
         production_date=facts.production_date,

@@ -1,0 +1,38 @@
+"""Compression of JSON responses. Streams and files are sent as they are."""
+
+from typing import Final
+
+from fastapi.datastructures import DefaultPlaceholder
+from fastapi.routing import APIRoute
+from starlette.middleware.gzip import GZipMiddleware
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from hornbill.api.security.roles import ROW, RouteRole
+
+SMALLEST: Final = 1500
+"""Size from which a response is compressed, bytes: smaller ones fit in one packet, among them those of Stop."""
+_LEVEL: Final = 4
+"""40 % faster than the default of 9 for 5 % more bytes. 100 kB take 1 ms."""
+
+
+class JsonGzip:
+    """ASGI middleware behind the guard: gzip for routes of the API whose response is JSON."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._plain = app
+        self._gzip = GZipMiddleware(app, minimum_size=SMALLEST, compresslevel=_LEVEL)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Forward the request."""
+        app = self._gzip if scope["type"] == "http" and _is_json(scope.get(ROW)) else self._plain
+        await app(scope, receive, send)
+
+
+def _is_json(row: RouteRole | None) -> bool:
+    """Routes of files and streams declare the class of their response."""
+    route = None if row is None else row.route
+    return (
+        isinstance(route, APIRoute)
+        and route.path.startswith("/api/")
+        and isinstance(route.response_class, DefaultPlaceholder)
+    )

@@ -1,0 +1,152 @@
+"""Requests are taken literally: no unknown query parameter, any name of a servo, and lists that are all alike."""
+
+import asyncio
+import gzip
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from behaviour.actions import torque
+from behaviour.rig import PLAIN, Rig, Socket, json, problem, until
+from behaviour.scene import scene
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.jobs import RunningJob
+
+TWO = [PLAIN, replace(PLAIN, servo_id=2, node_id=12)]
+
+
+@scene()
+async def test_unknown_and_repeated_query_parameters_are_refused(rig: Rig, servo: Servo) -> None:
+    for verb, path, parameter, nearest in (
+        ("GET", "/servos?serail=62-914866", "serail", "serial"),
+        ("GET", "/servos?bogus=1", "bogus", None),
+        ("GET", "/jobs?limt=1", "limt", "limit"),
+        ("GET", "/audit?Limit=1", "Limit", "limit"),
+        ("GET", f"/servos/{servo.uid}/parameters?refesh=true", "refesh", "refresh"),
+        ("GET", f"/servos/{servo.uid}/parameters/angle_boost?refresh=true", "refresh", None),
+        ("POST", f"/servos/{servo.uid}/save?wiat=true", "wiat", "wait"),
+        ("DELETE", f"/inventory/{servo.uid}?histroy=true", "histroy", "history"),
+        ("GET", "/events/stream?topic=servos", "topic", "topics"),
+    ):
+        found = problem(await rig.call(verb, path), "invalid_value", 422)
+        facts = found["cause"], found["parameter"], found["nearest"]
+        assert facts == ("query_parameter_unknown", parameter, nearest), path
+        assert nearest is None or f"'{nearest}'" in found["detail"], path
+    found = problem(await rig.call("GET", "/jobs?limit=1&limit=2"), "invalid_value", 422)
+    assert (found["cause"], found["parameter"]) == ("query_parameter_repeated", "limit")
+    assert json(await rig.call("GET", "/jobs")) == [], "a refused request did nothing"
+    found = problem(await rig.call("POST", "/leases", {"holder": "x", "ttl": 3}), "invalid_value", 422)
+    assert "body.ttl: Unknown field. The nearest name is 'ttl_s'" in found["detail"]
+
+
+@scene(*TWO)
+async def test_servos_are_addressed_by_unique_id_serial_number_or_label(rig: Rig) -> None:
+    one, other = await rig.ready(2)
+    await rig.call("PATCH", f"/servos/{one.uid}", {"label": "Elevator L"})
+    lease = await rig.lease()
+    for name in (one.uid, one.serial, "Elevator%20L"):
+        for path in ("/servos/{}", "/inventory/{}", "/servos/{}/position-unit", "/sim/servos/{}"):
+            assert json(await rig.call("GET", path.format(name))).get("uid", one.uid) == one.uid, (name, path)
+        assert json(await rig.call("GET", f"/servos/{name}/parameters/angle_boost"))["key"] == "angle_boost"
+        assert json(await rig.call("GET", f"/servos/{name}/snapshots")) is not None
+    assert [row["uid"] for row in json(await rig.call("GET", "/audit?uid=Elevator%20L&action=label"))] == [one.uid]
+    read = json(await rig.call("GET", f"/parameters?keys=angle_boost&uids=Elevator%20L,{other.serial},nope"))["servos"]
+    assert [read.keys(), read["nope"]["problem"]["code"]] == [{one.uid, other.uid, "nope"}, "unknown_servo"]
+    body = {"servos": {"Elevator L": {"angle_p_gain": 41}, other.serial: {"angle_p_gain": 42}}}
+    done = json(await rig.call("PATCH", "/parameters", body, lease=lease))["servos"]
+    assert [(row["uid"], row["outcome"]) for row in done] == [(one.uid, "applied"), (other.uid, "applied")]
+    both = {"servos": {"Elevator L": {"angle_p_gain": 41}, one.uid: {"angle_p_gain": 42}}}
+    problem(await rig.call("PATCH", "/parameters", both, lease=lease), "invalid_value", 422)
+
+    await torque(rig, one, "on", lease)
+    burst = {"commands": [{"uid": "Elevator L", "type": "angle", "value": 3.0}]}
+    assert json(await rig.call("POST", "/commands", burst, lease=lease))["commands"][0]["uid"] == one.uid
+    socket = Socket(rig.app)
+    socket.send(type="command", lease=lease, commands=[{"uid": "Elevator L", "type": "angle", "value": 5.0}])
+    await until(lambda: round(rig.sim(one).angle_deg) == 5)
+    await socket.close()
+
+    for verb, path, body in (
+        ("GET", "/servos/Elevatr", None),
+        ("GET", "/audit?uid=Elevatr", None),
+        ("PUT", "/allocations/Elevatr", {"node_id": 9}),
+        ("POST", "/commands", {"commands": [{"uid": "Elevatr", "type": "angle", "value": 3.0}]}),
+    ):
+        assert problem(await rig.call(verb, path, body, lease=lease), "unknown_servo", 404)["uid"] == "Elevatr"
+    await rig.call("PATCH", f"/servos/{other.uid}", {"label": "Elevator L"})
+    found = problem(await rig.call("GET", "/servos/Elevator%20L"), "conflict", 409)
+    assert (found["cause"], found["candidates"]) == ("servo_ambiguous", sorted([one.uid, other.uid]))
+    assert json(await rig.call("GET", f"/servos/{one.serial}"))["serial"] == one.serial
+    assert json(await rig.call("GET", f"/sim/servos/{one.uid}"))["serial"] == one.serial, "one format everywhere"
+
+
+async def page_through(rig: Rig, path: str, limit: int) -> list[list[Any]]:
+    """IDs of each page of a list, by following the header Link."""
+    found: list[list[Any]] = []
+    query = f"?limit={limit}"
+    while query:
+        response = await rig.call("GET", path + query)
+        found.append([row.get("id", row.get("name")) for row in json(response)])
+        link = response.headers.get("link")
+        query = "" if link is None else link.removeprefix("<").partition(">")[0]
+        assert link is None or link.endswith('; rel="next"')
+    return found
+
+
+@scene()
+async def test_lists_are_newest_first_with_limit_and_cursor(rig: Rig, servo: Servo) -> None:
+    async def nothing(_job: RunningJob) -> dict[str, object]:
+        return {}
+
+    jobs = [await rig.host.jobs.wait(rig.host.jobs.start("profile", None, [], nothing)) for _ in range(5)]
+    newest = [job.id for job in reversed(jobs)]
+    assert await page_through(rig, "/jobs", 2) == [newest[:2], newest[2:4], newest[4:]]
+    for _ in range(3):
+        json(await rig.call("POST", f"/servos/{servo.uid}/snapshots", {"reason": "test"}), 201)
+        rig.host.store.runs.add(servo.uid, "", {})
+    for path in (f"/servos/{servo.uid}/snapshots", "/audit"):
+        every = [row["id"] for row in json(await rig.call("GET", path))]
+        assert every == sorted(every, reverse=True), path
+        assert len(every) >= 3, path
+        assert [one for page in await page_through(rig, path, 2) for one in page] == every, path
+    for cursor in ("!", "bm9uZQ"):
+        assert (
+            problem(await rig.call("GET", f"/jobs?cursor={cursor}"), "invalid_value", 422)["cause"] == "cursor_invalid"
+        )
+        assert (
+            problem(await rig.call("GET", f"/audit?cursor={cursor}"), "invalid_value", 422)["cause"] == "cursor_invalid"
+        )
+
+
+@pytest.mark.parametrize("wait_s", [0, 0.5, 30])
+@scene()
+async def test_a_job_is_waited_for(rig: Rig, servo: Servo, wait_s: float) -> None:
+    async def work(_job: RunningJob) -> dict[str, object]:
+        await asyncio.sleep(5)
+        return {}
+
+    job = rig.host.jobs.start("profile", None, [], work)
+    await asyncio.sleep(0)
+    before = asyncio.get_running_loop().time()
+    state = json(await rig.call("GET", f"/jobs/{job.id}?wait={wait_s}"))["state"]
+    took = asyncio.get_running_loop().time() - before
+    assert (state, round(took, 1)) == (("succeeded", 5.0) if wait_s == 30 else ("running", wait_s))
+    for wrong in ("true", "-1", "61", "nan"):
+        problem(await rig.call("GET", f"/jobs/{job.id}?wait={wrong}"), "invalid_value", 422)
+
+
+@scene()
+async def test_json_is_compressed_and_files_are_not(rig: Rig, servo: Servo) -> None:
+    async def encoding(path: str, accepted: str = "gzip") -> str | None:
+        response = await rig.call("GET", path, **{"Accept-Encoding": accepted})
+        assert response.status_code == 200
+        return response.headers.get("content-encoding")
+
+    assert await encoding("/schema") == "gzip"
+    assert await encoding("/schema", "identity") is None
+    assert await encoding("/stop") is None, "it fits in one packet"
+    assert await encoding("/audit.csv") is None
+    assert await encoding(f"/servos/{servo.uid}/telemetry.csv") is None
+    plain = (await rig.call("GET", "/schema", **{"Accept-Encoding": "identity"})).content
+    assert len(gzip.compress(plain, 4)) < len(plain) / 5
