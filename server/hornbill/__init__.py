@@ -1,8 +1,20 @@
 """hornbill: a configurator for Futaba BLA15, BLA21 and BLA34 servos on DroneCAN."""
 
-from importlib.metadata import PackageNotFoundError, version
+__version__: str
 
-try:
-    __version__ = version("hornbill")
-except PackageNotFoundError:  # run from a checkout that was never installed
-    __version__ = "0+unknown"
+
+def __getattr__(name: str) -> str:
+    """`__version__`, found at its first use: importlib.metadata takes a third of the import of hornbill.client."""
+    if name != "__version__":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib.metadata import PackageNotFoundError, version
+
+    for distribution in ("hornbill", "hornbill-client"):
+        try:
+            globals()[name] = version(distribution)
+            break
+        except PackageNotFoundError:
+            pass
+    else:  # run from a checkout that was never installed
+        globals()[name] = "0+unknown"
+    return globals()[name]

@@ -136,3 +136,25 @@ async def test_stop_latches_and_is_cleared(rig: Rig, hornbill: AsyncHornbill, se
             await servo.move(10)
         await hornbill.clear_stop()
         assert await servo.read("torque_mode") == "off"
+
+
+@with_client
+async def test_a_simulated_servo_is_added_changed_compared_and_removed(
+    rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo
+) -> None:
+    changed = await hornbill.sim.set(servo, load_pct=20.0, voltage_v=10.5, behaviour={"erase_rom": True})
+    assert (changed["load_pct"], changed["voltage_v"]) == (20.0, 10.5)
+    assert rig.bench.servo(Uid(servo.uid)).conditions.load_pct == 20.0
+    with pytest.raises(errors.InvalidValue, match="erase_rom"):
+        await hornbill.sim.set(servo, behaviour={"unknown": True})
+    added = await hornbill.sim.add(model="BLA21-06U-A0", servo_id=7)
+    assert [one["uid"] for one in await hornbill.sim.servos()] == [servo.uid, added["uid"]]
+    assert (await hornbill.sim.truth(added["uid"]))["horn_deg"] == pytest.approx(0, abs=1)
+    await hornbill.sim.remove(added["uid"])
+    with pytest.raises(errors.Unknown):
+        await hornbill.sim.servo(added["uid"])
+    with pytest.raises(errors.Unknown, match="no simulated autopilot"):
+        await hornbill.sim.autopilot()
+    assert (await hornbill.sim.add_autopilot("px4"))["armed"] is False
+    assert (await hornbill.sim.set_autopilot(armed=True))["armed"] is True
+    await hornbill.sim.remove_autopilot()

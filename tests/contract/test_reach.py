@@ -137,7 +137,7 @@ NO_COMMAND: dict[str, str] = {
         request_lease get_lease_request refuse_lease_request withdraw_lease_request renew_lease
         start_stream get_stream list_streams set_stream_values end_stream command_servos""",
     "sessions of a browser; the command line sends its token": "get_session log_in log_out create_ticket",
-    "simulated servos, for tests: Hornbill.request": """
+    "simulated servos, for tests: Hornbill.sim": """
         add_sim_servo get_sim_servo list_sim_servos change_sim_servo remove_sim_servo
         add_sim_autopilot get_sim_autopilot change_sim_autopilot remove_sim_autopilot
         get_sim_clock set_sim_clock get_sim_chaos start_sim_chaos stop_sim_chaos list_sim_injections""",
@@ -174,7 +174,22 @@ CALLS: dict[str, Callable[[Hornbill, Servo], object]] = {
     "change_matrix": lambda h, s: h.write_many({s: {"angle_p_gain": 40}}),
     "change_parameters": lambda _, s: s.write_many({"angle_p_gain": 40}),
     "clear_stop": lambda h, _: h.clear_stop(),
-    "get_sim_truth": lambda _, s: s.truth(),
+    "get_sim_truth": lambda h, s: h.sim.truth(s),
+    "list_sim_servos": lambda h, _: h.sim.servos(),
+    "get_sim_servo": lambda h, s: h.sim.servo(s),
+    "change_sim_servo": lambda h, s: h.sim.set(s, load_pct=20.0),
+    "add_sim_servo": lambda h, _: h.sim.add(model="BLA21-06U-A0"),
+    "remove_sim_servo": lambda h, s: h.sim.remove(s),
+    "get_sim_autopilot": lambda h, _: h.sim.autopilot(),
+    "add_sim_autopilot": lambda h, _: h.sim.add_autopilot("px4"),
+    "change_sim_autopilot": lambda h, _: h.sim.set_autopilot(armed=True),
+    "remove_sim_autopilot": lambda h, _: h.sim.remove_autopilot(),
+    "get_sim_clock": lambda h, _: h.sim.clock(),
+    "set_sim_clock": lambda h, _: h.sim.set_speed("max"),
+    "get_sim_chaos": lambda h, _: h.sim.chaos(),
+    "start_sim_chaos": lambda h, _: h.sim.start_chaos(1, interval_s=5.0),
+    "stop_sim_chaos": lambda h, _: h.sim.stop_chaos(),
+    "list_sim_injections": lambda h, _: h.sim.injections(),
     "command_servo": lambda _, s: s.move(5),
     "command_servos": lambda h, s: h.command_many([(s, "angle", 5.0)]),
     "commission": lambda h, s: h.commission([{"uid": s.uid, "servo_id": 3}]),
@@ -298,10 +313,6 @@ NO_METHOD: dict[str, str] = {
     "between people at pages; a program takes motion control with force and a reason": """
         request_lease get_lease_request refuse_lease_request withdraw_lease_request""",
     "sessions of a browser": "get_session log_in log_out create_ticket",
-    "simulated servos, for tests: Hornbill.request": """
-        add_sim_servo get_sim_servo list_sim_servos change_sim_servo remove_sim_servo
-        add_sim_autopilot get_sim_autopilot change_sim_autopilot remove_sim_autopilot
-        get_sim_clock set_sim_clock get_sim_chaos start_sim_chaos stop_sim_chaos list_sim_injections""",
     "a file, by download or Hornbill.request": "export_profile export_telemetry_parquet import_profile",
     "hornbill tokens, with the data folder": "create_token list_tokens revoke_token",
     "files for Prometheus and Grafana, by download": "get_alert_rules get_dashboard",

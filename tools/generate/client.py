@@ -18,10 +18,14 @@ RESPONSES = (
     "OutputRestorePreview", "ParameterFile", "Parameters", "ParametersPatched", "PlanOutput", "PlanPreview",
     "PositionUnitState",
     "Profile", "Reading", "RecorderState", "Recording", "RecordingContent", "Recycled", "ResetPreview", "Restored",
-    "RunOverlay", "SavePreview", "SchemaDocument", "Servo", "SetUp", "SimTruth", "Snapshot", "StepRun", "Stop",
-    "Stream", "Telemetry", "TelemetryGrant", "Tuning", "Verification",
+    "RunOverlay", "SavePreview", "SchemaDocument", "Servo", "SetUp", "SimAutopilot", "SimChaos", "SimClock",
+    "SimInjection", "SimServo", "SimTruth",
+    "Snapshot", "StepRun", "Stop", "Stream", "Telemetry", "TelemetryGrant", "Tuning", "Verification",
 )  # fmt: skip
 """Responses of the client methods; the types they contain are added."""
+
+REQUESTS = ("NewSimServo", "SimAutopilotChange", "SimChange", "SimOutputChange")
+"""Bodies that client methods take as keywords."""
 
 SYNC = (
     (r"\basync (def|with|for)\b", r"\1"),
@@ -64,16 +68,20 @@ def responses(schemas: dict[str, Any]) -> str:
     text = [
         '"""Types of the API\'s responses. Generated from the OpenAPI document by `make generate`."""',
         "from __future__ import annotations",
-        "from typing import Any, Literal, TypeAlias, TypedDict",
+        "from typing import Any, Literal, Required, TypeAlias, TypedDict",
     ]
-    used = _within(schemas, RESPONSES)
+    used = _within(schemas, (*RESPONSES, *REQUESTS))
     aliases = {name for name in used if "properties" not in schemas[name] or name.endswith("ByKey")}
     for name in sorted(used - aliases):
         shape = schemas[name]
-        text.append(f"class {name}(TypedDict):\n    {_docstring(shape.get('description', name))}\n")
+        partial = name in REQUESTS
+        base = "TypedDict, total=False" if partial else "TypedDict"
+        text.append(f"class {name}({base}):\n    {_docstring(shape.get('description', name))}\n")
         for key, kind in shape["properties"].items():
             assert key.isidentifier(), f"{name}.{key} is not an identifier"
-            text += [f"    {key}: {_type(kind)}", *(f"    {line}" for line in _description(kind))]
+            required = partial and key in shape.get("required", ())
+            shown = f"Required[{_type(kind)}]" if required else _type(kind)
+            text += [f"    {key}: {shown}", *(f"    {line}" for line in _description(kind))]
     # Classes may refer to later definitions, aliases may not.
     for name in TopologicalSorter(
         {one: sorted(_named(schemas[one]) & aliases) for one in sorted(aliases)}

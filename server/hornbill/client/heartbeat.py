@@ -4,9 +4,14 @@ The only thread of the client. A program that waits for a power supply or an ope
 With `heartbeat=False` it must, so that the lease ends if the program hangs.
 """
 
-import asyncio
+from __future__ import annotations
+
 import threading
-from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import asyncio
+    from collections.abc import Awaitable, Callable
 
 
 class AsyncHeartbeat:
@@ -19,15 +24,21 @@ class AsyncHeartbeat:
 
     def start(self) -> None:
         """Start."""
+        import asyncio  # here, because the synchronous client does not need it
+
         self._task = asyncio.create_task(self._run())
 
     async def stop(self) -> None:
         """Stop, and wait for a renewal in progress."""
+        import asyncio
+
         if self._task is not None:
             self._task.cancel()
             await asyncio.wait([self._task])
 
     async def _run(self) -> None:
+        import asyncio
+
         while True:
             await asyncio.sleep(self.every_s)
             if not await self._renew():

@@ -243,7 +243,7 @@ def sim(
 def truth(servo: ServoName, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
     """Show the true constants and state of a simulated servo of the server, to compare measurements with."""
     with client(server) as hornbill:
-        found = hornbill.look_up(servo).truth()
+        found = hornbill.sim.truth(hornbill.look_up(servo))
     if as_json:
         print_json(found)
         return

@@ -1,19 +1,20 @@
 """Servos commanded by an autopilot: parameter files, live verification and failsafe."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal
 from urllib.parse import quote
 
-from hornbill.client import responses
-
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.aio.connection import AsyncConnection
 
 
 class AsyncAutopilot:
     """Autopilot on the bus, as `hornbill.autopilot`. Sends nothing to it."""
 
-    def __init__(self, connection: "AsyncConnection") -> None:
+    def __init__(self, connection: AsyncConnection) -> None:
         self._connection = connection
         self._request = connection.request
 

@@ -1,18 +1,19 @@
 """Bus of the server: adapter, nodes, node IDs and logs."""
 
+from __future__ import annotations
+
 from typing import TYPE_CHECKING, Literal
 from urllib.parse import quote
 
-from hornbill.client import responses
-
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.aio.connection import AsyncConnection
 
 
 class AsyncBus:
     """Bus of the server, as `hornbill.bus`. For a diagnosis see `hornbill.doctor()`."""
 
-    def __init__(self, connection: "AsyncConnection") -> None:
+    def __init__(self, connection: AsyncConnection) -> None:
         self._connection = connection
         self._request = connection.request
 

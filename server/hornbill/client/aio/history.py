@@ -1,21 +1,23 @@
 """Snapshots and drift of one servo."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, TypeVar
 
-from hornbill.client import responses
 from hornbill.client.problems import raised
 
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.aio.connection import AsyncConnection
 
-Done = TypeVar("Done", responses.Restored, responses.ParametersPatched)
+Done = TypeVar("Done", "responses.Restored", "responses.ParametersPatched")
 
 
 class AsyncHistory:
     """Snapshots and drift of one servo, as `servo.history`. Identity rows (0x44 to 0x46) are excluded by default."""
 
-    def __init__(self, connection: "AsyncConnection", uid: str) -> None:
+    def __init__(self, connection: AsyncConnection, uid: str) -> None:
         self._request = connection.request
         self._path = f"/servos/{uid}"
 

@@ -1,13 +1,14 @@
 """Client of one server, with access to its servos."""
 
+from __future__ import annotations
+
 import asyncio
 import time
 from collections.abc import Mapping, Sequence
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 from urllib.parse import quote
 
-from hornbill.client import responses
 from hornbill.client.aio.autopilot import AsyncAutopilot
 from hornbill.client.aio.bus import AsyncBus
 from hornbill.client.aio.connection import AsyncConnection
@@ -15,9 +16,13 @@ from hornbill.client.aio.jobs import AsyncJobs
 from hornbill.client.aio.lease import AsyncLease
 from hornbill.client.aio.records import AsyncRecords
 from hornbill.client.aio.servo import AsyncServo, Progress
+from hornbill.client.aio.sim import AsyncSim
 from hornbill.client.aio.stream import AsyncStream
 from hornbill.client.problems import WaitTimeout, raised
 from hornbill.errors import Conflict, Interrupted, InvalidValue, Unknown
+
+if TYPE_CHECKING:
+    from hornbill.client import responses
 
 POLL_S = 0.1
 """Polling interval while waiting."""
@@ -49,6 +54,11 @@ class AsyncHornbill(AsyncConnection):
     def records(self) -> AsyncRecords:
         """Inventory, audit, step test runs and recordings."""
         return AsyncRecords(self)
+
+    @property
+    def sim(self) -> AsyncSim:
+        """Simulated servos and autopilot, on a server that has them."""
+        return AsyncSim(self)
 
     async def __aenter__(self) -> Self:
         return self

@@ -1,17 +1,18 @@
 """Jobs and their reports."""
 
+from __future__ import annotations
+
 from typing import TYPE_CHECKING, Literal
 
-from hornbill.client import responses
-
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.aio.connection import AsyncConnection
 
 
 class AsyncJobs:
     """Jobs of the server, as `hornbill.jobs`. To wait for a job, use `hornbill.wait`."""
 
-    def __init__(self, connection: "AsyncConnection") -> None:
+    def __init__(self, connection: AsyncConnection) -> None:
         self._connection = connection
         self._request = connection.request
 

@@ -1,12 +1,16 @@
 """Lease (motion control) as a context manager."""
 
-from types import TracebackType
-from typing import Self
+from __future__ import annotations
 
-from hornbill.client import responses
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
 from hornbill.client.aio.connection import AsyncConnection
 from hornbill.client.heartbeat import AsyncHeartbeat
 from hornbill.errors import HornbillError, LeaseRequired, Unknown
+
+if TYPE_CHECKING:
+    from hornbill.client import responses
 
 
 class AsyncLease:

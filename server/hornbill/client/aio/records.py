@@ -1,19 +1,20 @@
 """Records of the server: inventory, audit, step test runs and recordings."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from hornbill.client import responses
-
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.aio.connection import AsyncConnection
 
 
 class AsyncRecords:
     """Records of the server, as `hornbill.records`."""
 
-    def __init__(self, connection: "AsyncConnection") -> None:
+    def __init__(self, connection: AsyncConnection) -> None:
         self._request = connection.request
         self._download = connection.download
 

@@ -1,19 +1,21 @@
 """Client of one servo."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from hornbill.client import responses
 from hornbill.client.aio.history import AsyncHistory
 from hornbill.client.problems import raised
 from hornbill.errors import DidNotMove
 
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.aio.hornbill import AsyncHornbill
 
 Value: TypeAlias = bool | int | float | str | None
 """Value in the unit of the row, key of a choice, or None for inactive."""
-Progress: TypeAlias = Callable[[responses.Job], None]
+Progress: TypeAlias = "Callable[[responses.Job], None]"
 SLACK_S = 10.0
 """Time added to the duration of a move, for the response timeout."""
 
@@ -25,7 +27,7 @@ class AsyncServo:
     OutOfRange, Busy, Stopped, LeaseHeld and LeaseRequired.
     """
 
-    def __init__(self, hornbill: "AsyncHornbill", known: responses.Servo) -> None:
+    def __init__(self, hornbill: AsyncHornbill, known: responses.Servo) -> None:
         self._hornbill = hornbill
         self._request = hornbill.request
         self._path = f"/servos/{known['uid']}"
@@ -307,11 +309,6 @@ class AsyncServo:
             "set_up": set_up,
         }  # fmt: skip
         return await self._job("frequency-response", body, on_progress)
-
-    async def truth(self) -> responses.SimTruth:
-        """True constants and state of a simulated servo, to compare measurements with. Raises Unknown for a real
-        servo."""
-        return await self._request("GET", f"/sim{self._path}/truth")
 
     async def telemetry_state(self) -> responses.Telemetry:
         """Telemetry subscriptions, and rates of channels."""

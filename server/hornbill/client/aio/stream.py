@@ -1,13 +1,15 @@
 """Stream of setpoints as a context manager."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from hornbill.client import responses
 from hornbill.errors import Conflict, HornbillError
 
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.aio.connection import AsyncConnection
     from hornbill.client.aio.servo import AsyncServo
 
@@ -20,8 +22,8 @@ class AsyncStream:
 
     def __init__(
         self,
-        connection: "AsyncConnection",
-        servos: "list[AsyncServo]",
+        connection: AsyncConnection,
+        servos: list[AsyncServo],
         kind: Literal["angle", "speed", "torque"],
         rate_hz: float,
     ) -> None:
@@ -45,7 +47,7 @@ class AsyncStream:
             if error is None:
                 raise
 
-    async def put(self, values: "Mapping[AsyncServo, float]", *, speed_deg_s: float | None = None) -> responses.Stream:
+    async def put(self, values: Mapping[AsyncServo, float], *, speed_deg_s: float | None = None) -> responses.Stream:
         """Set new setpoints (°, rpm or %), all or nothing, sent with the next burst. `speed_deg_s` limits the speed.
 
         Raises Conflict, with the reason, if the stream has ended.
