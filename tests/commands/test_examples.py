@@ -84,11 +84,12 @@ def test_python_programs_of_the_guide_run(rig: Rig) -> None:
     assert rig.run(sys.executable, "-c", long_run) == "done\n"
 
 
-def test_the_telemetry_program_of_the_guide_prints_a_hundred_samples(rig: Rig) -> None:
-    (block,) = blocks(TELEMETRY, "python")
-    lines = rig.run(sys.executable, "-c", block.script.replace(WRITTEN, rig.serial)).splitlines()
-    assert len(lines) >= 100
-    assert all(re.fullmatch(r"\d+\.\d{3} s  (-?\d+\.\d+|None)°", line) for line in lines)
+def test_the_programs_of_the_telemetry_guide_print_samples_and_an_event(rig: Rig) -> None:
+    telemetry, events = (block.script.replace(WRITTEN, rig.serial) for block in blocks(TELEMETRY, "python"))
+    assert rig.run(sys.executable, "-c", events).strip()
+    lines = rig.run(sys.executable, "-c", telemetry).splitlines()
+    assert len(lines) == 101
+    assert all(re.fullmatch(r"\d+\.\d{3} s  -?\d+\.\d+°", line) for line in lines)
 
 
 def test_the_pytest_example_of_the_guide_passes(rig: Rig, tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from commands.guides import ROOT, blocks, guides
 from contract.document_server import UID, DocumentServer, document
 from contract.test_doc_references import commands
 from hornbill.cli import app
-from hornbill.client import Hornbill, Servo
+from hornbill.client import Hornbill, ServerUnreachable, Servo
 from hornbill.schema.catalog import Catalog
 
 ROWS = {f"{verb}_{key}" for key in Catalog.load().parameters for verb in ("get", "set")}
@@ -184,6 +184,7 @@ CALLS: dict[str, Callable[[Hornbill, Servo], object]] = {
     "add_sim_autopilot": lambda h, _: h.sim.add_autopilot("px4"),
     "change_sim_autopilot": lambda h, _: h.sim.set_autopilot(armed=True),
     "remove_sim_autopilot": lambda h, _: h.sim.remove_autopilot(),
+    "stream_events": lambda h, _: _events(h),
     "get_sim_clock": lambda h, _: h.sim.clock(),
     "set_sim_clock": lambda h, _: h.sim.set_speed("max"),
     "get_sim_chaos": lambda h, _: h.sim.chaos(),
@@ -317,7 +318,6 @@ NO_METHOD: dict[str, str] = {
     "hornbill tokens, with the data folder": "create_token list_tokens revoke_token",
     "files for Prometheus and Grafana, by download": "get_alert_rules get_dashboard",
     "a program knows the streams it started": "list_streams",
-    "an endless stream for programs without WebSocket; hornbill watch shows how to use the socket": "stream_events",
 }
 """Operations without a method of the client, by reason."""
 
@@ -343,6 +343,11 @@ def _stream(hornbill: Hornbill, servo: Servo) -> None:
     with hornbill.stream([servo], rate_hz=50) as stream:
         stream.put({servo: 5.0}, speed_deg_s=30)
         stream.state()
+
+
+def _events(hornbill: Hornbill) -> None:
+    with pytest.raises(ServerUnreachable, match="did not return within 0 s"):
+        next(hornbill.events(reconnect_s=0.0))
 
 
 def _lease(hornbill: Hornbill) -> None:

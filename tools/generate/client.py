@@ -12,15 +12,14 @@ CLIENT = Path(__file__).parents[2] / "server" / "hornbill" / "client"
 
 RESPONSES = (
     "Adapter", "AllocationChange", "Allocations", "AllocatorState", "AuditRow", "BatchPatched", "BatchRead",
-    "BurstSent", "Bus", "Candidates", "Caution", "Commanded", "CommissioningPreview", "Comparison", "Drift", "Fault",
-    "Failsafe", "FaultsRead", "Finding", "Forecast", "FrequencyResponse", "Health", "ImprovePreview", "Imported",
-    "ImportedPlan", "Job", "KnownServo", "Lease", "LeaseView", "LogFile", "LogState", "Mechanics", "Node",
-    "OutputRestorePreview", "ParameterFile", "Parameters", "ParametersPatched", "PlanOutput", "PlanPreview",
-    "PositionUnitState",
-    "Profile", "Reading", "RecorderState", "Recording", "RecordingContent", "Recycled", "ResetPreview", "Restored",
-    "RunOverlay", "SavePreview", "SchemaDocument", "Servo", "SetUp", "SimAutopilot", "SimChaos", "SimClock",
-    "SimInjection", "SimServo", "SimTruth",
-    "Snapshot", "StepRun", "Stop", "Stream", "Telemetry", "TelemetryGrant", "Tuning", "Verification",
+    "BurstSent", "Bus", "Candidates", "Caution", "Commanded", "CommissioningPreview", "Comparison", "Drift",
+    "EventMessage", "Failsafe", "Fault", "FaultsRead", "Finding", "Forecast", "FrequencyResponse", "Health",
+    "Imported", "ImportedPlan", "ImprovePreview", "Job", "KnownServo", "Lease", "LeaseView", "LogFile", "LogState",
+    "Mechanics", "Node", "OutputRestorePreview", "ParameterFile", "Parameters", "ParametersPatched", "PlanOutput",
+    "PlanPreview", "PositionUnitState", "Profile", "Reading", "RecorderState", "Recording", "RecordingContent",
+    "Recycled", "ResetPreview", "Restored", "RunOverlay", "SavePreview", "SchemaDocument", "Servo", "SetUp",
+    "SimAutopilot", "SimChaos", "SimClock", "SimInjection", "SimServo", "SimTruth", "Snapshot", "StepRun", "Stop",
+    "Stream", "Telemetry", "TelemetryGrant", "Tuning", "Verification",
 )  # fmt: skip
 """Responses of the client methods; the types they contain are added."""
 
@@ -33,6 +32,9 @@ SYNC = (
     (r"\bAsync(?=[A-Z])", ""),
     (r"\b__a(enter|exit)__", r"__\1__"),
     (r"\baclose\b", "close"),
+    (r"\basynccontextmanager\b", "contextmanager"),
+    (r"\baclosing\b", "closing"),
+    (r"\ba(iter_lines|read)\b", r"\1"),
     (r"\basyncio\b", "time"),
     (r"client\.aio\b", "client.sync"),
     (r"\bAsyncClient\b", "Client"),

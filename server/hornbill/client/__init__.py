@@ -17,22 +17,25 @@ if TYPE_CHECKING:
     from hornbill.client.aio.hornbill import AsyncHornbill
     from hornbill.client.aio.lease import AsyncLease
     from hornbill.client.aio.servo import AsyncServo
+    from hornbill.client.live import Gap, Sample
     from hornbill.client.problems import ServerUnreachable, WaitTimeout
     from hornbill.client.sync.hornbill import Hornbill, unconfirmed
     from hornbill.client.sync.lease import Lease
     from hornbill.client.sync.servo import Servo
 
 __all__ = [
-    "AsyncHornbill", "AsyncLease", "AsyncServo", "Hornbill", "Lease", "ServerUnreachable", "Servo", "WaitTimeout",
-    "unconfirmed",
+    "AsyncHornbill", "AsyncLease", "AsyncServo", "Gap", "Hornbill", "Lease", "Sample", "ServerUnreachable", "Servo",
+    "WaitTimeout", "unconfirmed",
 ]  # fmt: skip
 
 _MODULES = {
     "AsyncHornbill": "aio.hornbill",
     "AsyncLease": "aio.lease",
     "AsyncServo": "aio.servo",
+    "Gap": "live",
     "Hornbill": "sync.hornbill",
     "Lease": "sync.lease",
+    "Sample": "live",
     "ServerUnreachable": "problems",
     "Servo": "sync.servo",
     "WaitTimeout": "problems",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypeAlias, TypedDict
+from typing import Any, Literal, Required, TypeAlias, TypedDict
 
 
 class About(TypedDict):
@@ -286,6 +286,77 @@ class BatchServo(TypedDict):
     """Reason why there are none. Null otherwise."""
     revision: str | None
     """Revision of the values, for If-Match. Null if unknown."""
+
+
+class Behaviour(TypedDict):
+    """Behaviour of a simulated servo where the document is open. Change a switch with `dataclasses.replace`."""
+
+    acknowledges_restart: bool
+    """Whether 0x11 and RestartNode are acknowledged before the restart. Table 2-10 has a flag for success."""
+    acknowledges_save: bool
+    """Whether SAVE and 0x12 are acknowledged before the silence of the ROM write (4.11)."""
+    array_command_feeds_timeout: bool
+    """Whether ArrayCommand counts as a command for 0x27. 4.19 lists registers 0x00 to 0x02, which it writes."""
+    array_command_id_0: bool
+    """Whether a servo with servo ID 0, the factory setting, follows ArrayCommand entries for 0. The document
+    specifies 1 to 254 for senders; Futaba's program copies the ID from Status, and moves new servos with
+    it."""
+    array_command_shows: bool
+    """Whether 0x00 to 0x02 read the values of an ArrayCommand. Chapter 4 describes no command outside these
+    registers, so the message should be stored there; firmware may also store it separately, and then they
+    read the last value written by GetSet."""
+    cascade_without_switch: bool
+    """Whether firmware without 0x25 (1.010) always has speed and torque control on. Futaba's program commanded
+    speed and torque before 0x25 was added in 1.100."""
+    erase_keeps_identity: bool
+    """Whether ERASE and 0x10 preserve 0x44 to 0x46. The document does not mention it."""
+    erase_rom: bool
+    """Whether ERASE also resets ROM. Table 2-12 says "at once" but not where; chapter 3 says ROM; for the same
+    reset, 4.9 says that 0x12 must follow."""
+    failures_latch: bool
+    """Whether failure bits remain set until the next start. 4.12 says that some bits remain until power-off, but
+    names only those of its note 2."""
+    health_of_notifications: bool
+    """Whether a notification sets the health in NodeStatus to WARNING. The document mentions only warnings;
+    Futaba's manuals show a yellow indicator in their program for notifications, too."""
+    later_rows: Literal["zero", "empty", "silent"]
+    """Response of a row that was added by a later firmware. Futaba's program requests it regardless of 0x52, like
+    the PWM rows."""
+    limits_follow_origin: bool
+    """Whether 0x38 and 0x39 are relative to the origin of 0x44. 4.31 gives them in the same degrees as the
+    command, and 4.36 moves the zero of those; otherwise they remain at the same position of the horn."""
+    lower_case_names: bool
+    """Whether `0x2a` is accepted as `0x2A`. The document prints capitals and calls the name an ASCII string."""
+    out_of_range: Literal["refuse", "clamp"]
+    """Handling of a GetSet write outside the row's range. The document distinguishes successful and failed
+    requests (table 2-16) and does not mention modified values, so the literal interpretation is that such a
+    write fails. The public type allows a server to clamp. Values in ArrayCommand are handled alike: ignored
+    or clamped."""
+    position_unit: Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+    """Meaning of position 1.0 on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°,
+    and Futaba's program sends and displays 100° per unit."""
+    pwm_rows: Literal["zero", "empty", "silent"]
+    """Response of 0x34 to 0x37 on a model without PWM input, where section 3.1 prints 0/0/0. Futaba's program
+    requests them on every model and waits indefinitely for a register without a response."""
+    reserved: Literal["empty", "zero"]
+    """Response of a reserved register. The list gives it the default 0 but no access. A write has no effect in
+    either case."""
+    save_opcode_restarts: bool
+    """Whether the opcode SAVE restarts the servo. Section 4.11 states this for 0x12; both write the same ROM."""
+    soft_start_shows: Literal["temporary", "stored"]
+    """What 0x25 and 0x3A to 0x3D read (and a ROM write stores) during soft start. 4.14 says these parameters are
+    changed temporarily and restored afterwards."""
+    timeout_changes: Literal["output_on", "any_output"]
+    """Whether the action of 0x26 also replaces OFF or BRAKE in 0x20, so that a brake is released after 0x27. 4.19
+    names no exception and counts 0x20 among the commands; but 4.13 says in the same words that OFF remains
+    whatever is commanded, and a timeout that brakes or frees a motor without output protects nothing."""
+    timeout_from: Literal["power_on", "first_command"]
+    """When the timeout of 0x27 starts. 4.14 lists the timeout among the events that end soft start, but every
+    command ends it, too: so the timeout must run without a command, from power-on. With factory settings, a
+    servo without commands turns torque off after 1,000 ms. 4.19 alone could mean that it starts with the
+    first command."""
+    write_only: Literal["empty", "zero"]
+    """Response to reading 0x10 to 0x12. Their access is W, so a read fails."""
 
 
 class BurstPart(TypedDict):
@@ -624,6 +695,26 @@ class Estimate(TypedDict):
     """Lower end of the 95 % interval."""
     value: float
     """Value, in the unit of its field."""
+
+
+class EventMessage(TypedDict):
+    """An entry of the event log."""
+
+    at: float
+    """Seconds since 1970 UTC."""
+    code: EventCode
+    """Code for programs. Stable."""
+    level: Literal["info", "notice", "warning", "failure"]
+    """Severity."""
+    params: dict[str, Any]
+    """Values in the text, by name. Empty for events without values."""
+    seq: int
+    """Sequence number on this connection. A gap means lost messages."""
+    text: str
+    """One sentence for users."""
+    type: Literal["event"]
+    uid: str | None
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
 
 
 class Failsafe(TypedDict):
@@ -1291,6 +1382,31 @@ class MechanicsValue(TypedDict):
     """ID of the run."""
     unit: str
     """Unit, such as `°`. Empty for a share or multiple."""
+
+
+class NewSimServo(TypedDict, total=False):
+    """A simulated servo to add. Omitted fields are those of a new servo."""
+
+    angle_deg: float
+    """Initial horn angle, °."""
+    any_firmware: bool
+    """Allow a firmware version that does not exist for this model."""
+    firmware: str
+    """Firmware version, such as `1.300`."""
+    model: Required[str]
+    """Model, such as `BLA21-06U-A0`."""
+    node_id: int
+    """Fixed node ID. 0: it requests one."""
+    plant: PlantConstants
+    """Load, friction and other constants of the horn."""
+    reads: dict[str, int]
+    """Values reported for model_number, firmware_version or hardware_version, to simulate an unknown servo."""
+    rom: dict[str, int]
+    """Other values in ROM, by key, raw."""
+    servo_id: int
+    """Servo ID. 0: factory setting."""
+    uid: str | None
+    """Unique ID. Null for a generated one."""
 
 
 class Node(TypedDict):
@@ -2231,6 +2347,345 @@ class SetUp(TypedDict):
     """Voltage of the power supply, V."""
 
 
+class SimAutopilot(TypedDict):
+    """The simulated autopilot."""
+
+    allocated: int
+    """Number of node IDs it has allocated."""
+    armed: bool
+    """Armed: it moves its outputs."""
+    node_id: int
+    """Its node ID: 10 for ArduPilot, 1 for PX4, or the next one that no simulated servo has."""
+    outputs: list[SimOutput]
+    """Outputs."""
+    program: Program
+    """Autopilot program whose IDs and scaling it uses."""
+    rate_hz: float
+    """Rate of ArrayCommand, Hz."""
+    safety_on: bool
+    """Safety switch on: ArduPilot then sends no ArrayCommand."""
+    sent_commands: int
+    """Number of ArrayCommand messages sent."""
+    sweep: bool
+    """While armed it moves all outputs slowly between their ends."""
+
+
+class SimAutopilotChange(TypedDict, total=False):
+    """Changes to the simulated autopilot. Omitted fields stay unchanged."""
+
+    armed: bool | None
+    """Arm or disarm."""
+    outputs: list[SimOutputChange]
+    """Changes to outputs."""
+    rate_hz: float | None
+    """Rate, Hz."""
+    restart: bool
+    """Restart it: two seconds of silence, disarmed."""
+    safety_on: bool | None
+    """Safety switch."""
+    sweep: bool | None
+    """Move all outputs slowly while armed."""
+
+
+class SimBehaviour(TypedDict):
+    """Choices to make where the specification is silent. Omitted ones stay unchanged."""
+
+    acknowledges_restart: bool | None
+    """Whether 0x11 and RestartNode are acknowledged before the restart. Table 2-10 has a flag for success."""
+    acknowledges_save: bool | None
+    """Whether SAVE and 0x12 are acknowledged before the silence of the ROM write (4.11)."""
+    array_command_feeds_timeout: bool | None
+    """Whether ArrayCommand counts as a command for 0x27. 4.19 lists registers 0x00 to 0x02, which it writes."""
+    array_command_id_0: bool | None
+    """Whether a servo with servo ID 0, the factory setting, follows ArrayCommand entries for 0. The document
+    specifies 1 to 254 for senders; Futaba's program copies the ID from Status, and moves new servos with
+    it."""
+    array_command_shows: bool | None
+    """Whether 0x00 to 0x02 read the values of an ArrayCommand. Chapter 4 describes no command outside these
+    registers, so the message should be stored there; firmware may also store it separately, and then they
+    read the last value written by GetSet."""
+    cascade_without_switch: bool | None
+    """Whether firmware without 0x25 (1.010) always has speed and torque control on. Futaba's program commanded
+    speed and torque before 0x25 was added in 1.100."""
+    erase_keeps_identity: bool | None
+    """Whether ERASE and 0x10 preserve 0x44 to 0x46. The document does not mention it."""
+    erase_rom: bool | None
+    """Whether ERASE also resets ROM. Table 2-12 says "at once" but not where; chapter 3 says ROM; for the same
+    reset, 4.9 says that 0x12 must follow."""
+    failures_latch: bool | None
+    """Whether failure bits remain set until the next start. 4.12 says that some bits remain until power-off, but
+    names only those of its note 2."""
+    health_of_notifications: bool | None
+    """Whether a notification sets the health in NodeStatus to WARNING. The document mentions only warnings;
+    Futaba's manuals show a yellow indicator in their program for notifications, too."""
+    later_rows: Literal["zero", "empty", "silent"] | None
+    """Response of a row that was added by a later firmware. Futaba's program requests it regardless of 0x52, like
+    the PWM rows."""
+    limits_follow_origin: bool | None
+    """Whether 0x38 and 0x39 are relative to the origin of 0x44. 4.31 gives them in the same degrees as the
+    command, and 4.36 moves the zero of those; otherwise they remain at the same position of the horn."""
+    lower_case_names: bool | None
+    """Whether `0x2a` is accepted as `0x2A`. The document prints capitals and calls the name an ASCII string."""
+    out_of_range: Literal["refuse", "clamp"] | None
+    """Handling of a GetSet write outside the row's range. The document distinguishes successful and failed
+    requests (table 2-16) and does not mention modified values, so the literal interpretation is that such a
+    write fails. The public type allows a server to clamp. Values in ArrayCommand are handled alike: ignored
+    or clamped."""
+    position_unit: Literal["hundred_degrees", "radian", "degree", "tenth_degree"] | None
+    """Meaning of position 1.0 on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°,
+    and Futaba's program sends and displays 100° per unit."""
+    pwm_rows: Literal["zero", "empty", "silent"] | None
+    """Response of 0x34 to 0x37 on a model without PWM input, where section 3.1 prints 0/0/0. Futaba's program
+    requests them on every model and waits indefinitely for a register without a response."""
+    reserved: Literal["empty", "zero"] | None
+    """Response of a reserved register. The list gives it the default 0 but no access. A write has no effect in
+    either case."""
+    save_opcode_restarts: bool | None
+    """Whether the opcode SAVE restarts the servo. Section 4.11 states this for 0x12; both write the same ROM."""
+    soft_start_shows: Literal["temporary", "stored"] | None
+    """What 0x25 and 0x3A to 0x3D read (and a ROM write stores) during soft start. 4.14 says these parameters are
+    changed temporarily and restored afterwards."""
+    timeout_changes: Literal["output_on", "any_output"] | None
+    """Whether the action of 0x26 also replaces OFF or BRAKE in 0x20, so that a brake is released after 0x27. 4.19
+    names no exception and counts 0x20 among the commands; but 4.13 says in the same words that OFF remains
+    whatever is commanded, and a timeout that brakes or frees a motor without output protects nothing."""
+    timeout_from: Literal["power_on", "first_command"] | None
+    """When the timeout of 0x27 starts. 4.14 lists the timeout among the events that end soft start, but every
+    command ends it, too: so the timeout must run without a command, from power-on. With factory settings, a
+    servo without commands turns torque off after 1,000 ms. 4.19 alone could mean that it starts with the
+    first command."""
+    write_only: Literal["empty", "zero"] | None
+    """Response to reading 0x10 to 0x12. Their access is W, so a read fails."""
+
+
+class SimChange(TypedDict, total=False):
+    """Changes to a simulated servo, all or nothing. Omitted fields stay unchanged."""
+
+    behaviour: SimBehaviour | None
+    """Choices to make, by name."""
+    drop_responses_pct: float | None
+    """Share of responses that are lost, %."""
+    external_angle_deg: float | None
+    """Turn the horn manually until 0x08 reads this angle, °. Requires torque off."""
+    faults: dict[str, bool] | None
+    """Fault bits to set or clear, by key. Bits that report a restart cause one."""
+    load_inertia: float | None
+    """Inertia on the horn, as a multiple of the servo's own inertia at the horn."""
+    load_pct: float | None
+    """Constant torque on the horn, % of stall torque. Positive pushes clockwise."""
+    mute: bool | None
+    """No responses and no broadcasts."""
+    plant: PlantConstants | None
+    """All constants of the horn; omitted ones get their defaults. `load_pct` and `load_inertia` above are applied
+    to it."""
+    position_unit: PositionUnit | None
+    """Unit of position 1.0 in its broadcasts."""
+    power: SimPower | None
+    """Supply."""
+    pwm_us: float | None
+    """Pulse width at the PWM input, µs. Null removes the signal."""
+    refuse_keys: list[str] | None
+    """Keys of parameters whose writes the servo refuses."""
+    response_delay_s: float | None
+    """Delay of every response, s."""
+    restart_delay_s: float | None
+    """Time a restart takes, s."""
+    sensor_error: float | None
+    """Error of the temperature and supply sensors, -1 to 1 of ±5 °C and ±0.5 V."""
+    software_update: bool | None
+    """Reports a software update in progress."""
+    temperature_c: float | None
+    """Ambient temperature, °C."""
+    voltage_v: float | None
+    """Supply voltage, V."""
+
+
+class SimChaos(TypedDict):
+    """Faults injected at random, the same for the same seed and the same servos."""
+
+    active: int
+    """Number of injections in effect."""
+    injected: int
+    """Number of injections since the last start, of which 10000 are listed."""
+    interval_s: float | None
+    """Mean time between two injections, s. Null if none are injected."""
+    kinds: list[
+        Literal[
+            "power_cut",
+            "undervoltage",
+            "restart",
+            "rom_lost",
+            "slow_start",
+            "mute",
+            "lost_responses",
+            "late_responses",
+            "refused_writes",
+            "fault_bit",
+            "load",
+            "heat",
+            "frame_loss",
+            "corrupted_frames",
+        ]
+    ]
+    """Kinds of faults."""
+    running: bool
+    """Faults are being injected."""
+    seed: int | None
+    """Seed. Null if none are injected."""
+
+
+class SimClock(TypedDict):
+    """Clock of the server: real time, or virtual time started with `--speed`."""
+
+    actual_speed: float
+    """Speed reached over the last second or more."""
+    elapsed_s: float
+    """Time since the start of the server, s, in its own time."""
+    now: float
+    """Present time of the server, seconds since 1970 UTC."""
+    speed: SimSpeed
+    """Highest speed relative to real time; max for as fast as possible."""
+    virtual: bool
+    """Virtual time. Otherwise the speed is 1 and cannot be changed."""
+
+
+class SimInjection(TypedDict):
+    """A fault that was injected."""
+
+    active: bool
+    """It is in effect."""
+    at: float
+    """Begin, seconds since 1970 UTC."""
+    kind: Literal[
+        "power_cut",
+        "undervoltage",
+        "restart",
+        "rom_lost",
+        "slow_start",
+        "mute",
+        "lost_responses",
+        "late_responses",
+        "refused_writes",
+        "fault_bit",
+        "load",
+        "heat",
+        "frame_loss",
+        "corrupted_frames",
+    ]
+    """Kind of fault."""
+    number: int
+    """Number in the plan of the seed."""
+    uid: str | None
+    """Servo. Null for the bus."""
+    until: float
+    """End, seconds since 1970 UTC; planned while it is active."""
+    values: dict[str, str | float]
+    """What was set, such as `load_pct`."""
+
+
+class SimOutput(TypedDict):
+    """One output of the simulated autopilot."""
+
+    demand: float
+    """Present demand, -1 to 1."""
+    high_deg: float
+    """Angle at demand 1, °."""
+    low_deg: float
+    """Angle at demand -1, °."""
+    neutral_deg: float
+    """Angle at demand 0, °."""
+    output: int
+    """Output number, from 1."""
+    reversed: bool
+    """A positive demand turns towards `low_deg`."""
+    sent: bool
+    """ArrayCommand has an entry for it."""
+    servo_id: int
+    """Actuator ID in ArrayCommand: the servo ID it commands."""
+
+
+class SimOutputChange(TypedDict, total=False):
+    """Changes to one output. Omitted fields stay unchanged."""
+
+    demand: float | None
+    """Demand, -1 to 1."""
+    high_deg: float | None
+    """Angle at 1, °."""
+    low_deg: float | None
+    """Angle at -1, °."""
+    neutral_deg: float | None
+    """Angle at 0, °."""
+    output: Required[int]
+    """Output number, from 1."""
+    reversed: bool | None
+    """A positive demand turns towards `low_deg`."""
+    sent: bool | None
+    """ArrayCommand has an entry for it."""
+
+
+class SimServo(TypedDict):
+    """A simulated servo and its conditions."""
+
+    angle_deg: float
+    """Horn angle from its notch with all turns counted, °. Positive is clockwise."""
+    behaviour: Behaviour
+    """Choices where the specification is silent, by name."""
+    drop_responses_pct: float
+    """Share of responses that are lost, %."""
+    faults: list[str]
+    """Keys of the fault bits that are set."""
+    firmware: str
+    """Firmware version, such as `1.300`."""
+    load_inertia: float
+    """Inertia on the horn, as a multiple of the servo's own inertia."""
+    load_pct: float
+    """Torque on the horn, % of stall torque. Positive pushes clockwise."""
+    model: str
+    """Model, such as `BLA21-06U-A0`."""
+    mute: bool
+    """No responses and no broadcasts."""
+    node_id: int | None
+    """Node ID. Null while it has none."""
+    output: Literal["on", "off", "brake"]
+    """Motor output after timeout and protection."""
+    position_unit: PositionUnit
+    """Unit of position 1.0 in its broadcasts."""
+    power: SimPower
+    """Supply."""
+    pwm_us: float | None
+    """Pulse width at the PWM input, µs. Null without a signal."""
+    refuse_keys: list[str]
+    """Keys of rows the servo refuses to write."""
+    response_delay_s: float
+    """Delay of every response, s."""
+    restart_delay_s: float
+    """Time a restart takes, s."""
+    sensor_error: float
+    """Error of the temperature and supply sensors, -1 to 1 of ±5 °C and ±0.5 V."""
+    serial: str
+    """Serial number: model number, dash, product number, such as `61-466861`."""
+    servo_id: int
+    """Servo ID (0x45)."""
+    soft_starting: bool
+    """Soft start: moves slowly to its first target."""
+    software_update: bool
+    """Reports a software update in progress."""
+    speed_rpm: float
+    """Speed of the horn, rpm. Positive is clockwise."""
+    stage: Literal["off", "starting", "running", "saving"]
+    """Operating state."""
+    starts: int
+    """Number of starts."""
+    story: str
+    """Purpose in the simulation, one sentence. Empty for a plain servo."""
+    temperature_c: float
+    """Ambient temperature, °C."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+    voltage_v: float
+    """Supply voltage without load, V."""
+
+
 class SimTruth(TypedDict):
     """What a sensor of the servo cannot show: true constants and state of the simulated plant."""
 
@@ -2832,6 +3287,65 @@ CautionCode: TypeAlias = Literal[
 ChangeOutcome: TypeAlias = Literal["applied", "rolled_back", "planned"]
 CommandKind: TypeAlias = Literal["angle", "speed", "torque"]
 ConnectionRoleName: TypeAlias = Literal["host", "guest", "observer"]
+EventCode: TypeAlias = Literal[
+    "connected",
+    "disconnected",
+    "bus_lost",
+    "bus_trouble",
+    "bus_back",
+    "sample_point",
+    "allocator_mode",
+    "allocated",
+    "node_ids_freed",
+    "node_id_recycled",
+    "no_node_id",
+    "second_allocator",
+    "second_allocator_gone",
+    "own_node_id",
+    "own_node_id_alone",
+    "ready",
+    "offline",
+    "restarted",
+    "fault",
+    "fault_cleared",
+    "hunting",
+    "hunting_ended",
+    "saturated",
+    "saturated_ended",
+    "turns_lost",
+    "drift",
+    "ram_values_lost",
+    "position_unit",
+    "not_rolled_back",
+    "not_restored",
+    "restored_later",
+    "lease_requested",
+    "lease_withdrawn",
+    "lease_refused",
+    "lease_passed",
+    "lease_forced",
+    "lease_ended",
+    "hold_ended",
+    "move_ended",
+    "stream_ended",
+    "command_ended",
+    "commanded_elsewhere",
+    "command_lost",
+    "motion_yielded",
+    "stopped",
+    "stopped_late",
+    "stop_cleared",
+    "no_response",
+    "torque_off",
+    "recording_written",
+    "recording_failed",
+    "recordings_deleted",
+    "log_started",
+    "log_stopped",
+    "log_full",
+    "log_failed",
+    "store_failed",
+]
 EvidenceCode: TypeAlias = Literal[
     "problem",
     "interrupted",
@@ -3144,6 +3658,8 @@ ReasonCode: TypeAlias = Literal[
     "manual", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
 ]
 RefusalCode: TypeAlias = Literal["table_failed", "pinned_id_in_use", "all_taken"]
+SimPower: TypeAlias = Literal["off", "on"]
+SimSpeed: TypeAlias = Literal["max"] | float
 SimValue: TypeAlias = bool | int | float | str | None
 StepCode: TypeAlias = Literal[
     "check",

@@ -92,6 +92,7 @@ class EventStream:
         self._resumes = last is not None
         self._known = places(last or "")
         self._seq = 0
+        self._offset = log.host.base.utc_offset
 
     def join(self) -> bytes:
         """Start or resume. Returns the first lines."""
@@ -110,6 +111,9 @@ class EventStream:
         cursor = self._cursor
         cursor.waiting.clear()
         out: list[bytes] = []
+        if self._offset != (offset := self._log.host.base.utc_offset):  # the system clock was set
+            self._offset = offset
+            out.append(format_sse_event(event="hello", data_str=self._log.hello(self._seq)))
         for buffer in self._buffers():
             place = cursor.places.get(buffer.name)
             lost, entries = buffer.since(buffer.next if place is None else place)

@@ -4,11 +4,14 @@ import asyncio
 import os
 import ssl
 import uuid
+from collections.abc import AsyncGenerator, AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import httpx
 
 from hornbill.client.problems import ServerUnreachable, raised
+from hornbill.errors import HornbillError
 
 LOCAL_URL = "http://127.0.0.1:8000"
 PAUSE_S = 0.2
@@ -98,6 +101,24 @@ class AsyncConnection:
         request = self._http.build_request("GET", path, params=query)
         return (await self._send(request, self._tries)).content
 
+    @asynccontextmanager
+    async def lines(
+        self, path: str, *, silence_s: float, headers: dict[str, str], **query: str | None
+    ) -> AsyncGenerator[AsyncIterator[str]]:
+        """Lines of an endless response below /api/v1. Raises ServerUnreachable if it ends or none comes for
+        `silence_s`.
+        """
+        given = {key: value for key, value in query.items() if value is not None}
+        timeout = httpx.Timeout(self._http.timeout.connect, read=silence_s)
+        try:
+            async with self._http.stream("GET", path, params=given, headers=headers, timeout=timeout) as response:
+                if response.is_error:
+                    await response.aread()
+                    raise _problem(response)
+                yield response.aiter_lines()
+        except httpx.TransportError as error:
+            raise self._unreachable(error) from None
+
     @property
     def local(self) -> bool:
         """Whether the server is on this machine, so that HTTP_PROXY is ignored."""
@@ -124,8 +145,7 @@ class AsyncConnection:
                     raise self._unreachable(error) from None
             await asyncio.sleep(PAUSE_S)
         if response.is_error:
-            found = response.json() if _is_json(response) else {"detail": response.text[:200]}
-            raise raised(response.status_code, found)
+            raise _problem(response)
         return response
 
     def _unreachable(self, error: httpx.TransportError) -> ServerUnreachable:
@@ -155,6 +175,11 @@ def _authorities() -> ssl.SSLContext:
     found = httpx.create_ssl_context()
     found.load_default_certs()
     return found
+
+
+def _problem(response: httpx.Response) -> HornbillError:
+    found = response.json() if _is_json(response) else {"detail": response.text[:200]}
+    return raised(response.status_code, found)
 
 
 def _text(value: object) -> str:

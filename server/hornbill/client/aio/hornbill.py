@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import AsyncGenerator, Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
 from urllib.parse import quote
@@ -14,10 +14,12 @@ from hornbill.client.aio.bus import AsyncBus
 from hornbill.client.aio.connection import AsyncConnection
 from hornbill.client.aio.jobs import AsyncJobs
 from hornbill.client.aio.lease import AsyncLease
+from hornbill.client.aio.live import AsyncLive
 from hornbill.client.aio.records import AsyncRecords
 from hornbill.client.aio.servo import AsyncServo, Progress
 from hornbill.client.aio.sim import AsyncSim
 from hornbill.client.aio.stream import AsyncStream
+from hornbill.client.live import Gap, Sample
 from hornbill.client.problems import WaitTimeout, raised
 from hornbill.errors import Conflict, Interrupted, InvalidValue, Unknown
 
@@ -116,6 +118,32 @@ class AsyncHornbill(AsyncConnection):
     ) -> AsyncLease:
         """Lease (motion control) as a context manager. `force` takes it from its current holder and needs a reason."""
         return AsyncLease(self, holder, ttl_s, heartbeat=heartbeat, force=force, reason=reason)
+
+    def events(
+        self, servos: Sequence[AsyncServo] | None = None, *, past: bool = False, reconnect_s: float | None = 60.0
+    ) -> AsyncGenerator[responses.EventMessage | Gap]:
+        """Events as they occur, of all servos or these, and those that concern none. Endless.
+
+        `past`: the recent ones first. After a lost connection it reconnects for up to `reconnect_s` (None: without
+        limit; then ServerUnreachable) and resumes; a Gap stands for events that were lost.
+        """
+        uids = None if servos is None else [one.uid for one in servos]
+        return AsyncLive(self, reconnect_s).events(uids, past=past)
+
+    def telemetry(
+        self,
+        servos: Sequence[AsyncServo],
+        channels: Sequence[str],
+        *,
+        rate_hz: float | None = None,
+        reconnect_s: float | None = 60.0,
+    ) -> AsyncGenerator[Sample | Gap]:
+        """Samples as they arrive: `uid`, `key`, `t` (seconds since 1970 UTC) and `value`. Endless. Moves nothing.
+
+        `rate_hz`: subscribes to the channels at this rate meanwhile; the bus budget may grant less. None: only what is
+        polled or broadcast anyway. A lost connection is resumed as in `events`; a Gap stands for missing samples.
+        """
+        return AsyncLive(self, reconnect_s).samples([one.uid for one in servos], channels, rate_hz)
 
     async def improve(
         self,

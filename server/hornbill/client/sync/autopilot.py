@@ -2,20 +2,21 @@
 
 # Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal
 from urllib.parse import quote
 
-from hornbill.client import responses
-
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.sync.connection import Connection
 
 
 class Autopilot:
     """Autopilot on the bus, as `hornbill.autopilot`. Sends nothing to it."""
 
-    def __init__(self, connection: "Connection") -> None:
+    def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._request = connection.request
 

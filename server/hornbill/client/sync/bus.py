@@ -2,19 +2,20 @@
 
 # Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
+from __future__ import annotations
+
 from typing import TYPE_CHECKING, Literal
 from urllib.parse import quote
 
-from hornbill.client import responses
-
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.sync.connection import Connection
 
 
 class Bus:
     """Bus of the server, as `hornbill.bus`. For a diagnosis see `hornbill.doctor()`."""
 
-    def __init__(self, connection: "Connection") -> None:
+    def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._request = connection.request
 

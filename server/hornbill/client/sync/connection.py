@@ -6,11 +6,14 @@ import os
 import ssl
 import time
 import uuid
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import httpx
 
 from hornbill.client.problems import ServerUnreachable, raised
+from hornbill.errors import HornbillError
 
 LOCAL_URL = "http://127.0.0.1:8000"
 PAUSE_S = 0.2
@@ -100,6 +103,24 @@ class Connection:
         request = self._http.build_request("GET", path, params=query)
         return (self._send(request, self._tries)).content
 
+    @contextmanager
+    def lines(
+        self, path: str, *, silence_s: float, headers: dict[str, str], **query: str | None
+    ) -> Generator[Iterator[str]]:
+        """Lines of an endless response below /api/v1. Raises ServerUnreachable if it ends or none comes for
+        `silence_s`.
+        """
+        given = {key: value for key, value in query.items() if value is not None}
+        timeout = httpx.Timeout(self._http.timeout.connect, read=silence_s)
+        try:
+            with self._http.stream("GET", path, params=given, headers=headers, timeout=timeout) as response:
+                if response.is_error:
+                    response.read()
+                    raise _problem(response)
+                yield response.iter_lines()
+        except httpx.TransportError as error:
+            raise self._unreachable(error) from None
+
     @property
     def local(self) -> bool:
         """Whether the server is on this machine, so that HTTP_PROXY is ignored."""
@@ -126,8 +147,7 @@ class Connection:
                     raise self._unreachable(error) from None
             time.sleep(PAUSE_S)
         if response.is_error:
-            found = response.json() if _is_json(response) else {"detail": response.text[:200]}
-            raise raised(response.status_code, found)
+            raise _problem(response)
         return response
 
     def _unreachable(self, error: httpx.TransportError) -> ServerUnreachable:
@@ -157,6 +177,11 @@ def _authorities() -> ssl.SSLContext:
     found = httpx.create_ssl_context()
     found.load_default_certs()
     return found
+
+
+def _problem(response: httpx.Response) -> HornbillError:
+    found = response.json() if _is_json(response) else {"detail": response.text[:200]}
+    return raised(response.status_code, found)
 
 
 def _text(value: object) -> str:

@@ -2,22 +2,24 @@
 
 # Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, TypeVar
 
-from hornbill.client import responses
 from hornbill.client.problems import raised
 
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.sync.connection import Connection
 
-Done = TypeVar("Done", responses.Restored, responses.ParametersPatched)
+Done = TypeVar("Done", "responses.Restored", "responses.ParametersPatched")
 
 
 class History:
     """Snapshots and drift of one servo, as `servo.history`. Identity rows (0x44 to 0x46) are excluded by default."""
 
-    def __init__(self, connection: "Connection", uid: str) -> None:
+    def __init__(self, connection: Connection, uid: str) -> None:
         self._request = connection.request
         self._path = f"/servos/{uid}"
 

@@ -2,23 +2,30 @@
 
 # Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
+from __future__ import annotations
+
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 from urllib.parse import quote
 
-from hornbill.client import responses
+from hornbill.client.live import Gap, Sample
 from hornbill.client.problems import WaitTimeout, raised
 from hornbill.client.sync.autopilot import Autopilot
 from hornbill.client.sync.bus import Bus
 from hornbill.client.sync.connection import Connection
 from hornbill.client.sync.jobs import Jobs
 from hornbill.client.sync.lease import Lease
+from hornbill.client.sync.live import Live
 from hornbill.client.sync.records import Records
 from hornbill.client.sync.servo import Progress, Servo
+from hornbill.client.sync.sim import Sim
 from hornbill.client.sync.stream import Stream
 from hornbill.errors import Conflict, Interrupted, InvalidValue, Unknown
+
+if TYPE_CHECKING:
+    from hornbill.client import responses
 
 POLL_S = 0.1
 """Polling interval while waiting."""
@@ -50,6 +57,11 @@ class Hornbill(Connection):
     def records(self) -> Records:
         """Inventory, audit, step test runs and recordings."""
         return Records(self)
+
+    @property
+    def sim(self) -> Sim:
+        """Simulated servos and autopilot, on a server that has them."""
+        return Sim(self)
 
     def __enter__(self) -> Self:
         return self
@@ -107,6 +119,32 @@ class Hornbill(Connection):
     ) -> Lease:
         """Lease (motion control) as a context manager. `force` takes it from its current holder and needs a reason."""
         return Lease(self, holder, ttl_s, heartbeat=heartbeat, force=force, reason=reason)
+
+    def events(
+        self, servos: Sequence[Servo] | None = None, *, past: bool = False, reconnect_s: float | None = 60.0
+    ) -> Generator[responses.EventMessage | Gap]:
+        """Events as they occur, of all servos or these, and those that concern none. Endless.
+
+        `past`: the recent ones first. After a lost connection it reconnects for up to `reconnect_s` (None: without
+        limit; then ServerUnreachable) and resumes; a Gap stands for events that were lost.
+        """
+        uids = None if servos is None else [one.uid for one in servos]
+        return Live(self, reconnect_s).events(uids, past=past)
+
+    def telemetry(
+        self,
+        servos: Sequence[Servo],
+        channels: Sequence[str],
+        *,
+        rate_hz: float | None = None,
+        reconnect_s: float | None = 60.0,
+    ) -> Generator[Sample | Gap]:
+        """Samples as they arrive: `uid`, `key`, `t` (seconds since 1970 UTC) and `value`. Endless. Moves nothing.
+
+        `rate_hz`: subscribes to the channels at this rate meanwhile; the bus budget may grant less. None: only what is
+        polled or broadcast anyway. A lost connection is resumed as in `events`; a Gap stands for missing samples.
+        """
+        return Live(self, reconnect_s).samples([one.uid for one in servos], channels, rate_hz)
 
     def improve(
         self,

@@ -2,18 +2,19 @@
 
 # Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
+from __future__ import annotations
+
 from typing import TYPE_CHECKING, Literal
 
-from hornbill.client import responses
-
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.sync.connection import Connection
 
 
 class Jobs:
     """Jobs of the server, as `hornbill.jobs`. To wait for a job, use `hornbill.wait`."""
 
-    def __init__(self, connection: "Connection") -> None:
+    def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._request = connection.request
 

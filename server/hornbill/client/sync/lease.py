@@ -2,13 +2,17 @@
 
 # Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
-from types import TracebackType
-from typing import Self
+from __future__ import annotations
 
-from hornbill.client import responses
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
 from hornbill.client.heartbeat import Heartbeat
 from hornbill.client.sync.connection import Connection
 from hornbill.errors import HornbillError, LeaseRequired, Unknown
+
+if TYPE_CHECKING:
+    from hornbill.client import responses
 
 
 class Lease:

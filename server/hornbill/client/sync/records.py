@@ -2,20 +2,21 @@
 
 # Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from hornbill.client import responses
-
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.sync.connection import Connection
 
 
 class Records:
     """Records of the server, as `hornbill.records`."""
 
-    def __init__(self, connection: "Connection") -> None:
+    def __init__(self, connection: Connection) -> None:
         self._request = connection.request
         self._download = connection.download
 

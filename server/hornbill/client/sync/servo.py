@@ -2,20 +2,22 @@
 
 # Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from hornbill.client import responses
 from hornbill.client.problems import raised
 from hornbill.client.sync.history import History
 from hornbill.errors import DidNotMove
 
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.sync.hornbill import Hornbill
 
 Value: TypeAlias = bool | int | float | str | None
 """Value in the unit of the row, key of a choice, or None for inactive."""
-Progress: TypeAlias = Callable[[responses.Job], None]
+Progress: TypeAlias = "Callable[[responses.Job], None]"
 SLACK_S = 10.0
 """Time added to the duration of a move, for the response timeout."""
 
@@ -27,7 +29,7 @@ class Servo:
     OutOfRange, Busy, Stopped, LeaseHeld and LeaseRequired.
     """
 
-    def __init__(self, hornbill: "Hornbill", known: responses.Servo) -> None:
+    def __init__(self, hornbill: Hornbill, known: responses.Servo) -> None:
         self._hornbill = hornbill
         self._request = hornbill.request
         self._path = f"/servos/{known['uid']}"
@@ -305,11 +307,6 @@ class Servo:
             "set_up": set_up,
         }  # fmt: skip
         return self._job("frequency-response", body, on_progress)
-
-    def truth(self) -> responses.SimTruth:
-        """True constants and state of a simulated servo, to compare measurements with. Raises Unknown for a real
-        servo."""
-        return self._request("GET", f"/sim{self._path}/truth")
 
     def telemetry_state(self) -> responses.Telemetry:
         """Telemetry subscriptions, and rates of channels."""

@@ -2,14 +2,16 @@
 
 # Generated from hornbill.client.aio by `make generate`. Edit the source there.
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from hornbill.client import responses
 from hornbill.errors import Conflict, HornbillError
 
 if TYPE_CHECKING:
+    from hornbill.client import responses
     from hornbill.client.sync.connection import Connection
     from hornbill.client.sync.servo import Servo
 
@@ -22,8 +24,8 @@ class Stream:
 
     def __init__(
         self,
-        connection: "Connection",
-        servos: "list[Servo]",
+        connection: Connection,
+        servos: list[Servo],
         kind: Literal["angle", "speed", "torque"],
         rate_hz: float,
     ) -> None:
@@ -47,7 +49,7 @@ class Stream:
             if error is None:
                 raise
 
-    def put(self, values: "Mapping[Servo, float]", *, speed_deg_s: float | None = None) -> responses.Stream:
+    def put(self, values: Mapping[Servo, float], *, speed_deg_s: float | None = None) -> responses.Stream:
         """Set new setpoints (°, rpm or %), all or nothing, sent with the next burst. `speed_deg_s` limits the speed.
 
         Raises Conflict, with the reason, if the stream has ended.
