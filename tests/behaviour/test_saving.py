@@ -241,6 +241,20 @@ async def test_power_loss_before_the_write_lists_every_difference_from_the_old_r
 
 
 @settled()
+async def test_a_row_that_cannot_be_read_after_a_save_is_unverified_not_different(rig: Rig, servo: Servo) -> None:
+    await change(rig, servo, angle_p_gain=55)
+    job_id = await save_until(rig, servo, ServoStage.SAVING)
+    rig.sim(servo).conditions.refuse_keys.add("speed_p_gain")
+    error = failed_with(await ended(rig, job_id), "unexpected_result")
+    assert (error["cause"], error["params"]["keys"]) == ("rom_unverified", ["speed_p_gain"])
+    assert "differs" not in error["detail"]
+    assert "Speed P gain" in error["detail"]
+    assert [one["found"] for one in error["differences"]] == [None]
+    shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+    assert (shown["angle_p_gain"]["rom"], shown["speed_p_gain"]["rom"]) == (55, None)
+
+
+@settled()
 async def test_a_save_times_out_on_a_servo_that_stays_off_and_its_rom_is_unknown(rig: Rig, servo: Servo) -> None:
     await change(rig, servo, angle_p_gain=55)
     began = asyncio.get_running_loop().time()

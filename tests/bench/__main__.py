@@ -19,6 +19,7 @@ from bench import (  # noqa: E402
     jogging,
     load,
     mechanics,
+    overnight,
     plots,
     reading,
     recorder,
@@ -36,7 +37,7 @@ def main(chosen: list[str]) -> None:
     """Run all benchmarks, or those named on the command line."""
     for module in (
         stack, reading, configuring, streaming, endurance, stopping, jogging, commanding, start, adapter, connecting,
-        allocation, simulation, mechanics, improve, recorder, sockets, load, plots, guest, soak,
+        allocation, simulation, mechanics, improve, recorder, sockets, load, plots, guest, soak, overnight,
         identify,
     ):  # fmt: skip
         if chosen and module.__name__.rpartition(".")[2] not in chosen:

@@ -14,6 +14,7 @@ import pytest
 
 from commands.command_line import hornbill
 from e2e.servers import running_demo, until
+from hornbill.client import Hornbill
 
 
 def test_a_demo_starts_finds_nothing_wrong_and_ends_and_its_port_is_in_use() -> None:
@@ -44,6 +45,27 @@ def test_a_demo_starts_finds_nothing_wrong_and_ends_and_its_port_is_in_use() -> 
         as_json = hornbill(url, "doctor", "--json")
         assert (as_json.exit_code, [one["code"] for one in json.loads(as_json.stdout)]) == (1, ["no_bus"])
 
+        api.close()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=60) == 0
+
+
+def test_a_demo_in_virtual_time_with_faults_keeps_leases_and_refuses_adapters() -> None:
+    with running_demo("--servos", "1", "--speed", "20", "--chaos", "3") as (process, url):
+        api = httpx.Client(base_url=url + "api/v1", timeout=60)
+        until(lambda: [one["state"] for one in api.get("/servos").json()] == ["ready"], 60, "not ready")
+        first, began = api.get("/sim/clock").json(), time.monotonic()
+        assert (first["virtual"], first["speed"]) == (True, 20)
+        assert api.get("/sim/chaos").json()["seed"] == 3
+        with Hornbill(url) as client, client.lease("a rig in virtual time", ttl_s=30) as lease:
+            until(lambda: api.get("/sim/clock").json()["elapsed_s"] - first["elapsed_s"] > 60, 60, "no time passes")
+            assert lease.lost is None
+        second = api.get("/sim/clock").json()
+        assert second["elapsed_s"] - first["elapsed_s"] <= 20 * (time.monotonic() - began) + 5
+        assert api.put("/sim/clock", json={"speed": "max"}).json()["speed"] == "max"
+        refused = api.put("/bus", json={"address": "socketcan:can0"}).json()
+        assert (refused["code"], refused["cause"]) == ("bus_open_failed", "virtual_time")
+        assert "--speed" in refused["detail"]
         api.close()
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=60) == 0

@@ -70,6 +70,14 @@ def test_a_demo_in_a_container_has_local_names_and_simulated_servos_only(tmp_pat
     may_open(exposed, None, "memory:demo")
 
 
+def test_a_server_in_virtual_time_opens_no_adapter() -> None:
+    with pytest.raises(PortOpenFailed) as refused:
+        may_open(NetworkPolicy(), None, "socketcan:can0", virtual=True)
+    assert refused.value.facts["cause"] == "virtual_time"
+    may_open(NetworkPolicy(), None, "memory:demo", virtual=True)
+    may_open(NetworkPolicy(), None, "file:run.log", virtual=True)
+
+
 def test_a_server_in_a_container_creates_a_token_at_its_first_start(tmp_path: Path) -> None:
     first = decide(settings(tmp_path, host="0.0.0.0"), demo=False, environment=INSIDE)
     assert first.required

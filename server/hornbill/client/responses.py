@@ -2485,7 +2485,7 @@ class SimChange(TypedDict, total=False):
     pwm_us: float | None
     """Pulse width at the PWM input, µs. Null removes the signal."""
     refuse_keys: list[str] | None
-    """Keys of parameters whose writes the servo refuses."""
+    """Keys of parameters that the servo refuses to read and write."""
     response_delay_s: float | None
     """Delay of every response, s."""
     restart_delay_s: float | None
@@ -2519,7 +2519,7 @@ class SimChaos(TypedDict):
             "mute",
             "lost_responses",
             "late_responses",
-            "refused_writes",
+            "refused_rows",
             "fault_bit",
             "load",
             "heat",
@@ -2565,7 +2565,7 @@ class SimInjection(TypedDict):
         "mute",
         "lost_responses",
         "late_responses",
-        "refused_writes",
+        "refused_rows",
         "fault_bit",
         "load",
         "heat",
@@ -2655,7 +2655,7 @@ class SimServo(TypedDict):
     pwm_us: float | None
     """Pulse width at the PWM input, µs. Null without a signal."""
     refuse_keys: list[str]
-    """Keys of rows the servo refuses to write."""
+    """Keys of parameters that the servo refuses to read and write."""
     response_delay_s: float
     """Delay of every response, s."""
     restart_delay_s: float

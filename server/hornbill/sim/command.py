@@ -76,6 +76,11 @@ class CommandInput:
         return not self._commanded or self.timed_out
 
     @property
+    def commanded(self) -> bool:
+        """Whether a command has arrived since the start."""
+        return self._commanded
+
+    @property
     def angle(self) -> Raw:
         """Value of 0x08 without noise: turns are counted for angle commands, otherwise according to 0x24 (4.4)."""
         return self._read_angle(0.0)

@@ -108,6 +108,11 @@ class SimulatedServo:
         return self._device.starts
 
     @property
+    def started_at(self) -> Instant:
+        """Time of its last start."""
+        return self._device.started_at
+
+    @property
     def node_id(self) -> NodeId:
         """Current node ID. 0 if none."""
         return self._link.node_id
@@ -152,6 +157,11 @@ class SimulatedServo:
     def asleep(self) -> bool:
         """Whether the horn is at rest and needs no simulation."""
         return self._device.motion.asleep
+
+    @property
+    def commanded(self) -> bool:
+        """Whether a command has arrived since the start. Torque mode counts, as for the timeout (4.19)."""
+        return self._device.commander.commanded
 
     @property
     def output(self) -> int:

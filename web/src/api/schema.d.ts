@@ -6467,7 +6467,7 @@ export interface components {
              *       "mute",
              *       "lost_responses",
              *       "late_responses",
-             *       "refused_writes",
+             *       "refused_rows",
              *       "fault_bit",
              *       "load",
              *       "heat",
@@ -6475,7 +6475,7 @@ export interface components {
              *       "corrupted_frames"
              *     ]
              */
-            kinds?: ("power_cut" | "undervoltage" | "restart" | "rom_lost" | "slow_start" | "mute" | "lost_responses" | "late_responses" | "refused_writes" | "fault_bit" | "load" | "heat" | "frame_loss" | "corrupted_frames")[];
+            kinds?: ("power_cut" | "undervoltage" | "restart" | "rom_lost" | "slow_start" | "mute" | "lost_responses" | "late_responses" | "refused_rows" | "fault_bit" | "load" | "heat" | "frame_loss" | "corrupted_frames")[];
             /** @description Seed. Equal seeds inject equal faults at equal times into equal servos. */
             seed: number;
         };
@@ -8560,7 +8560,7 @@ export interface components {
             power?: components["schemas"]["SimPower"] | null;
             /** @description Pulse width at the PWM input, µs. Null removes the signal. */
             pwm_us?: number | null;
-            /** @description Keys of parameters whose writes the servo refuses. */
+            /** @description Keys of parameters that the servo refuses to read and write. */
             refuse_keys?: string[] | null;
             /** @description Delay of every response, s. */
             response_delay_s?: number | null;
@@ -8587,7 +8587,7 @@ export interface components {
             /** @description Mean time between two injections, s. Null if none are injected. */
             interval_s: number | null;
             /** @description Kinds of faults. */
-            kinds: ("power_cut" | "undervoltage" | "restart" | "rom_lost" | "slow_start" | "mute" | "lost_responses" | "late_responses" | "refused_writes" | "fault_bit" | "load" | "heat" | "frame_loss" | "corrupted_frames")[];
+            kinds: ("power_cut" | "undervoltage" | "restart" | "rom_lost" | "slow_start" | "mute" | "lost_responses" | "late_responses" | "refused_rows" | "fault_bit" | "load" | "heat" | "frame_loss" | "corrupted_frames")[];
             /** @description Faults are being injected. */
             running: boolean;
             /** @description Seed. Null if none are injected. */
@@ -8622,7 +8622,7 @@ export interface components {
              * @description Kind of fault.
              * @enum {string}
              */
-            kind: "power_cut" | "undervoltage" | "restart" | "rom_lost" | "slow_start" | "mute" | "lost_responses" | "late_responses" | "refused_writes" | "fault_bit" | "load" | "heat" | "frame_loss" | "corrupted_frames";
+            kind: "power_cut" | "undervoltage" | "restart" | "rom_lost" | "slow_start" | "mute" | "lost_responses" | "late_responses" | "refused_rows" | "fault_bit" | "load" | "heat" | "frame_loss" | "corrupted_frames";
             /** @description Number in the plan of the seed. */
             number: number;
             /** @description Servo. Null for the bus. */
@@ -8714,7 +8714,7 @@ export interface components {
             power: components["schemas"]["SimPower"];
             /** @description Pulse width at the PWM input, µs. Null without a signal. */
             pwm_us: number | null;
-            /** @description Keys of rows the servo refuses to write. */
+            /** @description Keys of parameters that the servo refuses to read and write. */
             refuse_keys: string[];
             /** @description Delay of every response, s. */
             response_delay_s: number;

@@ -40,10 +40,28 @@ def not_saved(servo: Servo, wanted: Mapping[str, Raw | None], wrong: list[str], 
             cause="torque_unverified",
             servo=servo.title,
         )
+    if (unread := unverified(servo, wanted, wrong)) is not None:
+        return unread
     return UnexpectedResult(
         f"ROM of {servo.title} differs from the saved values: {text}.",
         differences=differences,
         cause="rom_differs",
+        servo=servo.title,
+        keys=[one["key"] for one in differences],
+    )
+
+
+def unverified(servo: Servo, wanted: Mapping[str, Raw | None], wrong: Iterable[str]) -> UnexpectedResult | None:
+    """The error if none of the rows `wrong` is known to differ: the servo refused to read them. None if one is."""
+    if any(servo.registers[key].rom is not None for key in wrong):
+        return None
+    differences, _ = differing(servo, {key: wanted[key] for key in wrong})
+    labels = ", ".join(servo.registers[key].parameter.label for key in wrong)
+    return UnexpectedResult(
+        f"{servo.title} restarted, and {len(wanted) - len(differences)} of {len(wanted)} rows in ROM are verified. "
+        f"Not read since: {labels}. To verify them, read the servo after a restart.",
+        differences=differences,
+        cause="rom_unverified",
         servo=servo.title,
         keys=[one["key"] for one in differences],
     )

@@ -12,7 +12,7 @@ from hornbill.schema.scale import Value
 from hornbill.servo.configuration.following import RestartFollower
 from hornbill.servo.configuration.forecast import forecast_of, forecast_params, supply_problem
 from hornbill.servo.configuration.history import History
-from hornbill.servo.configuration.proving import difference, differing
+from hornbill.servo.configuration.proving import difference, differing, unverified
 from hornbill.servo.device import identification, permission
 from hornbill.servo.device.requests import READ, WRITE
 from hornbill.servo.device.services import HostServices
@@ -164,6 +164,8 @@ class ResetSteps:
         job.begin("verify")
         wrong = {key: raw for key, raw in run.wanted.items() if servo.registers[key].rom != raw}
         if wrong:
+            if (unread := unverified(servo, run.wanted, wrong)) is not None:
+                raise unread
             differences, text = differing(servo, wrong)
             raise UnexpectedResult(
                 f"{servo.title} was saved, but its ROM differs: {text}.",

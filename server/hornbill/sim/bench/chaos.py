@@ -19,7 +19,7 @@ RECORDED: Final = 10_000
 
 ChaosKind: TypeAlias = Literal[
     "power_cut", "undervoltage", "restart", "rom_lost", "slow_start", "mute", "lost_responses", "late_responses",
-    "refused_writes", "fault_bit", "load", "heat", "frame_loss", "corrupted_frames",
+    "refused_rows", "fault_bit", "load", "heat", "frame_loss", "corrupted_frames",
 ]  # fmt: skip
 KINDS: Final[tuple[ChaosKind, ...]] = cast("tuple[ChaosKind, ...]", get_args(ChaosKind))
 
@@ -126,7 +126,7 @@ def _late_responses(target: Target, random: Random) -> Generator[Values]:
 
 
 @contextmanager
-def _refused_writes(target: Target, random: Random) -> Generator[Values]:
+def _refused_rows(target: Target, random: Random) -> Generator[Values]:
     servo = target.servo
     row = random.choice(sorted(row.key for row in servo.memory.rows.values() if row.rom and row.writable))
     servo.conditions.refuse_keys.add(row)
@@ -195,7 +195,7 @@ _TABLE: Final[Mapping[ChaosKind, _Row]] = {
     "mute": _Row(_mute, 0.05, 6, 3, "mute"),
     "lost_responses": _Row(_lost_responses, 1, 20, 3, "responses"),
     "late_responses": _Row(_late_responses, 1, 20, 3, "delay"),
-    "refused_writes": _Row(_refused_writes, 5, 60, 2, "writes"),
+    "refused_rows": _Row(_refused_rows, 5, 60, 2, "rows"),
     "fault_bit": _Row(_fault_bit, 1, 30, 3, "faults"),
     "load": _Row(_load, 1, 15, 3, "load"),
     "heat": _Row(_heat, 2, 30, 2, "heat"),

@@ -484,6 +484,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
     `${p.servo}が再起動を繰り返し、書き込んだ値が残りません。電源を確認してください。`,
   role_insufficient: p =>
     `トークン「${p.token}」の権限は「${p.role}」です。必要な権限は「${p.needed}」です。`,
+  rom_unverified: p =>
+    `${p.servo}は再起動しましたが、次のROMの値を確認できていません: ${p.keys}。確認するには、再起動後に読み出してください。`,
   rom_differs: p => `${p.servo}のROMが保存した値と異なります: ${p.keys}。`,
   rom_lost_during_save: p =>
     `${p.servo}は初期値で起動しました。ROMを読み込めず、保存値は失われています。書き込み中に電源が切れました。スナップショットを復元し、保存し直してください。`,

@@ -67,7 +67,7 @@ class SimServo(Model):
     response_delay_s: float = Field(description="Delay of every response, s.")
     restart_delay_s: float = Field(description="Time a restart takes, s.")
     software_update: bool = Field(description="Reports a software update in progress.")
-    refuse_keys: list[str] = Field(description="Keys of rows the servo refuses to write.")
+    refuse_keys: list[str] = Field(description="Keys of parameters that the servo refuses to read and write.")
     position_unit: PositionUnit = Field(description="Unit of position 1.0 in its broadcasts.")
     behaviour: Behaviour = Field(description="Choices where the specification is silent, by name.")
 
@@ -185,7 +185,7 @@ class SimChange(Model):
     )
     software_update: bool | None = Field(default=None, description="Reports a software update in progress.")
     refuse_keys: list[str] | None = Field(
-        default=None, description="Keys of parameters whose writes the servo refuses."
+        default=None, description="Keys of parameters that the servo refuses to read and write."
     )
     position_unit: PositionUnit | None = Field(default=None, description="Unit of position 1.0 in its broadcasts.")
     behaviour: SimBehaviour | None = Field(default=None, description="Choices to make, by name.")
