@@ -34,7 +34,11 @@ COPY schemas schemas
 COPY server server
 COPY --from=page /src/web/dist web/dist
 COPY --from=docs /src/docs/dist docs/dist
-RUN python -m pip wheel --no-deps --no-build-isolation --wheel-dir /wheel . \
+COPY tools/__init__.py tools/notices.py tools/sbom.py tools/
+COPY web/package-lock.json web/
+RUN python -m tools.sbom > /opt/hornbill/sbom.cdx.json
+ARG REVISION=""
+RUN HORNBILL_COMMIT="${REVISION}" python -m pip wheel --no-deps --no-build-isolation --wheel-dir /wheel . \
     && python -m pip --python /opt/hornbill/bin/python install --no-deps /wheel/hornbill-*.whl
 
 FROM python:${PYTHON}-slim
@@ -46,12 +50,19 @@ ENV PATH=/opt/hornbill/bin:$PATH \
     PYTHONUNBUFFERED=1 \
     HORNBILL_CONTAINER=1 \
     HORNBILL_DATA_DIR=/data
+ARG VERSION=""
+ARG REVISION=""
+LABEL org.opencontainers.image.title="hornbill" \
+    org.opencontainers.image.description="Configure and control Futaba BLA servos over DroneCAN" \
+    org.opencontainers.image.licenses="Apache-2.0" \
+    org.opencontainers.image.version="${VERSION}" \
+    org.opencontainers.image.revision="${REVISION}"
 USER hornbill
 WORKDIR /data
 VOLUME /data
 EXPOSE 8000
 STOPSIGNAL SIGINT
 HEALTHCHECK --interval=30s --timeout=5s --start-period=20s --retries=3 \
-    CMD ["python", "-c", "import os, ssl, urllib.request as r; e = os.environ.get; tls = e('HORNBILL_TLS_CERT'); r.urlopen(f\"http{'s' if tls else ''}://127.0.0.1:{e('HORNBILL_PORT', '8000')}/api/v1/health\", timeout=4, context=ssl._create_unverified_context() if tls else None)"]
+    CMD ["python", "-c", "import os, ssl, urllib.request as r; e = os.environ.get; tls = e('HORNBILL_TLS_CERT'); r.urlopen(f\"http{'s' if tls else ''}://127.0.0.1:{e('HORNBILL_PORT', '8000')}/ready\", timeout=4, context=ssl._create_unverified_context() if tls else None)"]
 ENTRYPOINT ["hornbill"]
 CMD ["demo", "--host", "0.0.0.0"]

@@ -7,7 +7,7 @@ NPM    := npm --prefix web
 E2E    := tests/e2e
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo dev check check-types check-page test test-release mutate shots bench generate docs build docker release lock chromium clean
+.PHONY: help setup demo dev check check-types check-page test test-release mutate shots bench generate docs build docker release wheelhouse sbom lock chromium clean
 
 help:            ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## ?/\t/' | expand -t 12
@@ -98,6 +98,16 @@ docs: docs/dist/index.html                    ## build the documentation in docs
 build: $(VENV)/.dev web/dist/index.html docs       ## build sdist and wheel in dist/
 	@rm -rf dist
 	@$(BIN)/python -m build --no-isolation
+
+wheelhouse: build                             ## collect all wheels for an installation without a network
+	@rm -rf build/wheelhouse
+	@$(BIN)/python -m pip wheel --quiet --require-hashes --no-deps -r requirements.lock --wheel-dir build/wheelhouse
+	@cp dist/hornbill-*.whl build/wheelhouse/
+	@echo "build/wheelhouse: $$(ls build/wheelhouse | wc -l) wheels for this system and Python version"
+
+sbom: $(VENV)/.runtime                        ## write the bill of materials (CycloneDX) to build/sbom.cdx.json
+	@mkdir -p build
+	@$(BIN)/python -m tools.sbom > build/sbom.cdx.json
 
 docker:                                       ## build the image `hornbill` with Docker or Podman
 	@$$(command -v docker || command -v podman || { echo "neither docker nor podman is installed" >&2; exit 1; }) build -t hornbill .

@@ -1,4 +1,7 @@
-"""Build hook: adds commit, parameter tables, page and documentation to the wheel, except for editable installs."""
+"""Build hook: adds commit, parameter tables, page and documentation to the wheel, except for editable installs.
+
+The wheel has no pictures of the documentation: they are four fifths of its size, and are shown with it on the web.
+"""
 
 import os
 import subprocess
@@ -6,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+PICTURES = {".png", ".webp", ".jpg", ".map"}
 
 
 class CustomBuildHook(BuildHookInterface):
@@ -27,7 +32,9 @@ class CustomBuildHook(BuildHookInterface):
         build_data["force_include"][str(page)] = "hornbill/_data/web"
         docs = root / "docs" / "dist"
         if (docs / "index.html").is_file():
-            build_data["force_include"][str(docs)] = "hornbill/_data/docs"
+            for file in docs.rglob("*"):
+                if file.is_file() and file.suffix not in PICTURES:
+                    build_data["force_include"][str(file)] = f"hornbill/_data/docs/{file.relative_to(docs).as_posix()}"
 
     def _commit(self, root: Path) -> Path:
         """File with the commit: that of an sdist, else of HORNBILL_COMMIT (without a repository), else of git."""

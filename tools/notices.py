@@ -64,7 +64,7 @@ def document() -> str:
     for name, version in re.findall(r"^([\w.-]+)==([^\s\\;]+)", _read(ROOT / "requirements.lock"), re.MULTILINE):
         pinned.setdefault(name, []).append(version)
     rows = [f"| {name} | {', '.join(versions)} | {_licence(name)} |\n" for name, versions in pinned.items()]
-    page, documentation = map(_compiled_in, _runtime()), map(_built_in, BUILDERS)
+    page, documentation = map(_compiled_in, runtime()), map(_built_in, BUILDERS)
     font = _entry("Inter", "4.1, a Latin subset (OFL-1.1)", _read(WEB / "src/style/inter.LICENSE.txt"))
     return "".join((_HEAD, *rows, _WEB, *page, font, _DOCUMENTATION, *documentation))
 
@@ -87,7 +87,7 @@ def _licence(name: str) -> str:
     return SPDX.get(given, given)
 
 
-def _runtime() -> list[str]:
+def runtime() -> list[str]:
     """Runtime dependencies of the page, direct and indirect, by the lock file."""
     packages: dict[str, dict[str, Any]] = json.loads(_read(WEB / "package-lock.json"))["packages"]
     found: set[str] = set()

@@ -27,7 +27,7 @@ def test_services_share_the_network_of_the_bus_and_wait_for_it() -> None:
     assert set(SERVICES) == {"vcan", *OURS}
     for name in OURS:
         assert SERVICES[name]["network_mode"] == "service:vcan"
-        assert SERVICES[name]["depends_on"] == {"vcan": {"condition": "service_healthy", "restart": True}}
+        assert SERVICES[name]["depends_on"]["vcan"] == {"condition": "service_healthy", "restart": True}
         assert not {"ports", "privileged", "cap_add", "user", "devices"} & set(SERVICES[name])
     assert "HEALTHCHECK" in (ROOT / "docker" / "vcan.Dockerfile").read_text(encoding="utf-8")
 
@@ -51,6 +51,7 @@ def test_data_is_in_a_volume() -> None:
 def test_one_service_builds_the_image_for_both() -> None:
     """Two builds of one tag collide; without a policy, a service that does not build would pull it from a registry."""
     (builds,) = (name for name in OURS if "build" in SERVICES[name])
+    assert all(builds in SERVICES[name]["depends_on"] for name in OURS if name != builds), "the image exists before"
     assert builds == "hornbill"
     assert all(SERVICES[name]["pull_policy"] == "never" for name in OURS if name != builds)
     context = SERVICES["vcan"]["build"]

@@ -36,6 +36,12 @@ def test_the_wheel_contains_the_package_and_its_data_only(checkout: Path, tmp_pa
     (page / "assets").mkdir(parents=True)
     (page / "index.html").write_text("<!doctype html><title>hornbill</title>")
     (page / "assets" / "index-1.js").write_text("export {};")
+    docs = checkout / "docs" / "dist"
+    (docs / "_images").mkdir(parents=True)
+    (docs / "index.html").write_text("<title>Documentation</title>")
+    (docs / "_images" / "wiring.svg").write_text("<svg/>")
+    for name in ("list.png", "jog.webp"):
+        (docs / "_images" / name).write_bytes(bytes(1000))
     built = build(checkout)
     assert built.returncode == 0, built.stderr
     (wheel,) = (checkout / "dist").glob("*.whl")
@@ -46,10 +52,15 @@ def test_the_wheel_contains_the_package_and_its_data_only(checkout: Path, tmp_pa
         "hornbill/_data/schemas/models/bla21-06u-a0.toml",
         "hornbill/_data/web/index.html",
         "hornbill/_data/web/assets/index-1.js",
+        "hornbill/_data/docs/index.html",
+        "hornbill/_data/docs/_images/wiring.svg",
+        "hornbill/api/monitoring/alerts.yaml",
+        "hornbill/api/monitoring/dashboard.json",
         "hornbill/view/meshes/bla21-near.glb",
         "hornbill/store/migrations/env.py",
     ):
         assert needed in names, needed
+    assert [name for name in names if name.endswith((".png", ".webp"))] == []
     assert [name for name in names if name.endswith("README.md")] == ["hornbill/_data/schemas/README.md"]
     tops = {name.split("/")[0] for name in names}
     assert {top for top in tops if not top.endswith(".dist-info")} == {"hornbill"}

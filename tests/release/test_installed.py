@@ -50,6 +50,7 @@ def test_sdist_and_wheel_contain_the_notices(dist: Path) -> None:
         names = {name.partition("/")[2] for name in archive.getnames()}
     assert {"web/dist/index.html", "schemas/parameters.toml", "THIRD_PARTY.md", "server/hatch_build.py"} <= names
     inside = zipfile.ZipFile(wheel).namelist()
+    assert wheel.stat().st_size <= 3e6, "the wheel has pictures or other large files"
     assert any(name.endswith(".dist-info/licenses/THIRD_PARTY.md") for name in inside)
     assert not any("node_modules" in name or "__pycache__" in name for name in [*names, *inside])
 
@@ -74,6 +75,27 @@ def environments(dist: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[s
     with ThreadPoolExecutor(len(found)) as pool:
         list(pool.map(make, found.values(), folders.values()))
     return folders
+
+
+def test_the_wheelhouse_installs_without_a_network(dist: Path, tmp_path: Path) -> None:
+    """As `make wheelhouse` and docs/how-to/install.md."""
+    (wheel,) = dist.glob("*.whl")
+    house, folder = tmp_path / "wheelhouse", tmp_path / "python"
+    pip = [sys.executable, "-m", "pip"]
+    lock = ("--require-hashes", "--no-deps", "-r", str(ROOT / "requirements.lock"))
+    subprocess.run([*pip, "wheel", "--quiet", *lock, "--wheel-dir", str(house)], check=True)
+    shutil.copy(wheel, house)
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True)
+    offline = ("--no-index", "--find-links", str(house))
+    into = [*pip, "--python", str(folder / "bin" / "python")]
+    bare = {name: value for name, value in os.environ.items() if not name.startswith(("PIP_", "PYTHONPATH"))}
+    subprocess.run(
+        [*into, "install", "--quiet", *offline, "hornbill"], check=True, env=bare | {"PIP_CONFIG_FILE": os.devnull}
+    )
+    shown = subprocess.run(
+        [folder / "bin" / "hornbill", "--help"], capture_output=True, text=True, check=True, env=bare
+    )
+    assert "demo" in shown.stdout
 
 
 @pytest.mark.parametrize("version", VERSIONS)

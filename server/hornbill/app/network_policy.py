@@ -16,6 +16,8 @@ from hornbill.wire.port import REPLAYS
 LOCAL: Final = frozenset(("127.0.0.1", "localhost", "::1"))
 FIRST: Final = "first start"
 """Name of the token that a container creates at its first start."""
+FIRST_FILE: Final = "first-token"
+"""File with this token in the data folder."""
 SHORTEST: Final = 16
 """Minimum length of a token given by the user, because guesses at Stop are not limited."""
 CONTAINER: Final = "HORNBILL_CONTAINER"
@@ -78,6 +80,7 @@ def decide(
             has_tokens = bool(store.tokens.all())
             if not has_tokens and contained:
                 _, first = store.tokens.add(FIRST, "admin")
+                _write_first(settings.data_dir, first)
     if not has_tokens and not contained:
         raise _refused(
             _refusal(settings) + "create a token first: hornbill tokens create NAME --role admin"
@@ -85,6 +88,15 @@ def decide(
             + f" --data-dir {settings.data_dir}. Or set one with --token or HORNBILL_TOKEN."
         )  # fmt: skip
     return NetworkPolicy(_named(hosts, settings.host), wide, required=True, first_token=first)
+
+
+def _write_first(folder: Path, token: str) -> None:
+    """Write the first token to a file that only its owner can read: the log that shows it may rotate."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / FIRST_FILE
+    file.unlink(missing_ok=True)
+    file.touch(mode=0o600, exist_ok=False)  # before it has content
+    file.write_text(f"{token}\n", encoding="utf-8")
 
 
 def may_open(exposed: NetworkPolicy, given: str | None, address: str, *, virtual: bool = False) -> None:
