@@ -98,6 +98,7 @@ docs: docs/dist/index.html                    ## build the documentation in docs
 build: $(VENV)/.dev web/dist/index.html docs       ## build sdist and wheel in dist/
 	@rm -rf dist
 	@$(BIN)/python -m build --no-isolation
+	@$(BIN)/python -m build --no-isolation --wheel --outdir dist client
 
 wheelhouse: build                             ## collect all wheels for an installation without a network
 	@rm -rf build/wheelhouse

@@ -1,42 +1,37 @@
-"""Servo as a test-station plug: set up before the phases, torn down after them in every case.
+"""Servo as a plug of OpenHTF: torque on before the first phase that uses it, off at the end of the test in every case.
 
-It does not import OpenHTF. OpenHTF creates plugs without arguments and calls only `tearDown`, so wrap it there:
-
-    class Servo(openhtf.plugs.BasePlug):
-        def __init__(self) -> None:
-            self._plug = ServoPlug("61-466861")
-            self._plug.setUp()
-            self.settle_s = self._plug.settle_s
-
-        def tearDown(self) -> None:
-            self._plug.tearDown()
+OpenHTF creates a plug without arguments, once per test, and calls `tearDown` at its end, also after a failure.
 """
 
 from contextlib import ExitStack
 
-from hornbill.client import Hornbill, Servo
+from openhtf.plugs import BasePlug
+from openhtf.util import configuration
+
+from hornbill.client import Hornbill
+
+CONF = configuration.CONF
+CONF.declare("servo_serial", description="Serial number of the servo under test, as shown by 'hornbill list'.")
 
 
-class ServoPlug:
-    """Lease and torque on one servo for the duration of a test. Torque is off before and after."""
+class ServoPlug(BasePlug):
+    """Lease and torque on one servo for the duration of a test. HORNBILL_URL selects the server.
 
-    def __init__(self, serial: str) -> None:
-        """`serial`: as shown by 'hornbill list'. HORNBILL_URL selects the server."""
-        self._serial = serial
-        self._open = ExitStack()
-        self.servo: Servo
+    The lease is renewed in the background, also while a phase waits for an operator. `servo`: client of the servo.
+    """
 
-    def setUp(self) -> None:
-        """Take motion control and turn torque on at the present angle."""
+    def __init__(self) -> None:
+        """Take motion control and turn torque on at the present angle. An error ends the test, with torque off."""
+        super().__init__()
         with ExitStack() as begun:
             hornbill = begun.enter_context(Hornbill(by="test station"))
-            self.servo = hornbill.find(serial=self._serial)
+            self.servo = hornbill.find(serial=CONF.servo_serial)
             begun.enter_context(hornbill.lease("test station"))
             self.servo.torque("on")
             self._open = begun.pop_all()
 
     def tearDown(self) -> None:
-        """Release motion control, which turns torque off. Idempotent."""
+        """Release motion control, which turns torque off. Raises LeaseRequired if it was lost before."""
         self._open.close()
 
     def settle_s(self, angle_deg: float) -> float:

@@ -27,6 +27,7 @@ def figures() -> Iterator[dict[str, Any]]:
     """Warm starts of Python with hornbill, and of `hornbill demo --servos 6`."""
     with _compiled():
         yield _importing()
+        yield _importing_client()
         yield from _starting()
 
 
@@ -78,6 +79,17 @@ def _importing() -> dict[str, Any]:
     }
     figures = {"s_median": round(took["import hornbill"] - took["pass"], 3), "python_s": round(took["pass"], 3)}
     return line("import hornbill", figures, of="s_median", must=0.15)
+
+
+def _importing_client() -> dict[str, Any]:
+    """Time of the import of the client minus that of httpx, in one environment."""
+    scripts = ("import httpx", "from hornbill.client import Hornbill", "from hornbill.client import AsyncHornbill")
+    took = [statistics.median(_run(script) for _ in range(2 * ROUNDS + 1)) for script in scripts]
+    figures = {
+        "s_beyond_httpx": round(took[1] - took[0], 3), "asyncio_s_beyond_httpx": round(took[2] - took[0], 3),
+        "httpx_s": round(took[0], 3),
+    }  # fmt: skip
+    return line("import hornbill.client", figures, of="s_beyond_httpx", must=0.05)
 
 
 def _run(script: str) -> float:

@@ -1,6 +1,5 @@
 """Every example, and the programs in docs/rigs.md, with a running server."""
 
-import json
 import re
 import sys
 from pathlib import Path
@@ -62,13 +61,6 @@ def test_a_stop_by_another_user_stays_and_fails_the_rig(rig: Rig) -> None:
     assert "Stopped by Ann" in pytest_rig(rig, "-k", "fault", *server, code=1)
     assert httpx.get(f"{rig.url}/api/v1/stop").json()["latched"] is True
     httpx.delete(f"{rig.url}/api/v1/stop").raise_for_status()
-
-
-def test_the_plug_measures_and_turns_torque_off(rig: Rig) -> None:
-    record = json.loads(rig.run(sys.executable, EXAMPLES / "openhtf_plug" / "station.py", rig.serial))
-    assert record["outcome"] == "PASS"
-    assert 0 < record["measurements"]["settle_20_deg_s"] < 1
-    assert torque(rig) == "off"
 
 
 def test_the_bash_example_moves_reports_errors_and_turns_torque_off(rig: Rig) -> None:
