@@ -138,6 +138,8 @@ class HornbillError(Exception):
     title: ClassVar[str] = "Internal error"
     status: int | None = None
     """HTTP status of the response; set by hornbill.client only."""
+    summary: str | None = None
+    """`detail` without the request that resolves the problem; set by hornbill.client only."""
 
     def __init__(
         self,

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import signal
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
@@ -47,6 +48,7 @@ async def simulate(
     recipes = recipes_of(catalog, servos, model, firmware, node_id, seed, any_firmware=any_firmware)
     if plant is not None:
         recipes = [replace(one, plant=plant) for one in recipes]
+    ended = _on_signal()
     adapter = adapter_port(bus)
     await adapter.open()
     shared = SharedBus(adapter)
@@ -65,10 +67,21 @@ async def simulate(
             say(f"{autopilot} on node ID {one.node_id}, armed: commands servo IDs from {one.actuator_id(0)}")
         if chaos is not None:
             bench.chaos.start(chaos)
-        await asyncio.get_running_loop().create_future()
+        await ended.wait()
     finally:
         await bench.close()
         await shared.close()
+
+
+def _on_signal() -> asyncio.Event:
+    """Event set by SIGINT and SIGTERM, also where a shell ignores SIGINT for programs in the background."""
+    ended = asyncio.Event()
+    for one in (signal.SIGINT, signal.SIGTERM):
+        try:
+            asyncio.get_running_loop().add_signal_handler(one, ended.set)
+        except (NotImplementedError, RuntimeError, ValueError):
+            pass  # on Windows, and outside the main thread
+    return ended
 
 
 def read_plant(file: Path) -> PlantConstants:

@@ -7,7 +7,7 @@ import typer
 
 from hornbill.cli import plain_text
 from hornbill.cli.bench import commands as bench
-from hornbill.cli.server import autopilot, bus, doctor, jobs, records, starting, tokens, version, watching
+from hornbill.cli.server import autopilot, backup, bus, doctor, jobs, records, starting, tokens, version, watching
 from hornbill.cli.servos import (
     commissioning,
     faults,
@@ -86,6 +86,9 @@ COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
     },
     "Administration": {
         "tokens": tokens.app,
+        "backup": backup.backup,
+        "restore": backup.restore,
+        "systemd-unit": backup.systemd_unit,
         "health": bus.health,
         "version": version.version,
     },

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hornbill.cli.failing import failures
-from hornbill.errors import HornbillError, InvalidValue
+from hornbill.cli.failing import failures, use_json
+from hornbill.errors import HornbillError
 
 if TYPE_CHECKING:
     from hornbill.client import Hornbill
@@ -81,12 +81,12 @@ def parse_value(text: str) -> bool | int | float | str:
 
 
 def changes_of(words: list[str]) -> dict[str, bool | int | float | str]:
-    """Values by key from arguments KEY=VALUE. Raises InvalidValue for a malformed one."""
+    """Values by key from arguments KEY=VALUE. A malformed one is a usage error."""
     found: dict[str, bool | int | float | str] = {}
     for word in words:
         key, equals, value = word.partition("=")
         if not equals:
-            raise InvalidValue(f"Invalid argument {word!r}. Use KEY=VALUE, for example angle_p_gain=40.", cause=None)
+            raise typer.BadParameter(f"Invalid argument {word!r}. Use KEY=VALUE, for example angle_p_gain=40.")
         found[key.strip()] = parse_value(value.strip())
     return found
 
@@ -96,7 +96,7 @@ SERVO_HELP = "Label, serial or unique ID (or its first digits)."
 Server = Annotated[
     str, typer.Option(envvar="HORNBILL_URL", help="Address of the server. The token is read from HORNBILL_TOKEN.")
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON; errors, too, on standard error.", callback=use_json)]
 ServoName = Annotated[
     str, typer.Argument(metavar="SERVO", help=SERVO_HELP, autocompletion=complete_servo),
 ]  # fmt: skip

@@ -1,8 +1,10 @@
 """Exit codes, and the context manager that maps errors to them."""
 
+import json
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from enum import IntEnum
 from typing import Final
 
@@ -71,13 +73,35 @@ def code_of(error: HornbillError) -> Exit:
     return _BY_CODE.get(error.code, Exit.FAILED)
 
 
+errors_as_json: ContextVar[bool] = ContextVar("errors_as_json", default=False)
+"""Whether errors are printed as JSON."""
+
+
+def use_json(context: typer.Context, chosen: bool) -> bool:
+    """Print errors as JSON, too, until the command ends: callback of --json."""
+    if chosen:
+        errors_as_json.set(True)
+        context.call_on_close(lambda: errors_as_json.set(False))
+    return chosen
+
+
+def _problem(error: HornbillError) -> str:
+    """A problem as one line of JSON: all of the server's facts, and the exit code."""
+    shown = {
+        "code": error.code, "title": error.title, "status": error.status, "detail": remedies.detail(error),
+        "exit_code": int(code_of(error)),
+    }  # fmt: skip
+    facts = {name: fact for name, fact in error.facts.items() if name not in shown and fact is not None}
+    return json.dumps({**shown, **facts}, ensure_ascii=False, default=str)
+
+
 @contextmanager
 def failures() -> Generator[None]:
     """Turn errors of hornbill into a line on standard error and an exit code."""
     try:
         yield
     except HornbillError as error:
-        print(f"{error.code}: {remedies.detail(error)}", file=sys.stderr)
+        print(_problem(error) if errors_as_json.get() else f"{error.code}: {remedies.detail(error)}", file=sys.stderr)
         raise typer.Exit(code_of(error)) from None
     except KeyboardInterrupt:
         raise typer.Exit(Exit.INTERRUPTED) from None

@@ -44,6 +44,7 @@ def raised(status: int, body: Mapping[str, Any]) -> HornbillError:
         error = HornbillError(detail, **facts)
         error.code = code
     error.status = status
+    error.summary = str(body.get("summary") or detail)
     return error
 
 

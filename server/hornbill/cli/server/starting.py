@@ -228,7 +228,7 @@ def sim(
 
     with failures():
         if not bus:
-            raise InvalidValue("--bus is missing. Enter INTERFACE:CHANNEL, for example socketcan:vcan0.", cause=None)
+            raise typer.BadParameter("--bus is missing. Enter INTERFACE:CHANNEL, for example socketcan:vcan0.")
         constants = None if plant is None else read_plant(plant)
         say = partial(print, flush=True)  # also into a pipe
         asyncio.run(

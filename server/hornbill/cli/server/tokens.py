@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hornbill.cli.connection import AsJson
 from hornbill.cli.failing import failures
 from hornbill.cli.showing import instant, print_json
 
@@ -19,7 +20,6 @@ app = typer.Typer(no_args_is_help=True, help="Create, list and revoke access tok
 Name = Annotated[str, typer.Argument(help="Name of the token, shown in the audit and as the holder of leases.")]
 DataDir = Annotated[Path | None, typer.Option(help="Data folder, as for 'hornbill serve'.")]
 DatabaseUrl = Annotated[str | None, typer.Option(help="Database URL. Also HORNBILL_DATABASE.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
 class RoleName(StrEnum):

@@ -40,11 +40,11 @@ def set_up(
     as_json: AsJson = False,
 ) -> None:
     """Show or change the set-up of a servo: load, mounting and surroundings, which runs copy."""
+    changes = {key: None if value == "" else value for key, value in changes_of(values or []).items()}
     with client(server) as hornbill:
         found = hornbill.look_up(servo)
         state = found.set_up()
-        if values:
-            changes = {key: None if value == "" else value for key, value in changes_of(values).items()}
+        if changes:
             merged: dict[str, Any] = {**state, **changes}
             state = found.put_set_up(merged)
     print_json(state) if as_json else print_table(("key", "value"), state.items())
