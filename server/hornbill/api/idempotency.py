@@ -35,8 +35,8 @@ _STORED_HEADERS: Final = ("content-type", "location", "retry-after")
 
 
 def _lease(host: Host, stored: dict[str, Any]) -> BaseModel:
-    lease = host.leases.current(host.base.now())
-    if lease is None or lease.id != stored["id"]:
+    lease = host.leases.find(stored["id"], host.base.now())
+    if lease is None:
         raise Unknown(
             "unknown_lease",
             "The lease created with this key has ended. Request a new lease with a new key.",

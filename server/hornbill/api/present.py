@@ -183,11 +183,12 @@ def lease_view(host: Host, one: HeldLease) -> LeaseView:
     return LeaseView(
         shown_id=one.shown_id,
         holder=one.holder,
+        uids=None if one.uids is None else sorted(one.uids),
         ttl_s=one.ttl_s,
         expires_at=host.base.utc(one.expires_at),
         expires_in_s=_left(host, one.expires_at),
         request=None
-        if request is None
+        if request is None or not one.overlaps(request.uids)
         else PendingRequest(
             id=request.shown_id, by=request.by, reason=request.reason, expires_in_s=_left(host, request.due)
         ),
@@ -197,7 +198,7 @@ def lease_view(host: Host, one: HeldLease) -> LeaseView:
 def take_over(host: Host, one: TakeOverRequest) -> TakeOverState:
     """Request for motion control, as visible to the client that made it."""
     now = host.base.now()
-    current = host.leases.current(now)
+    current = host.leases.current(now, one.uids)
     live = one.lease is not None and one.lease is current
     return TakeOverState(
         id=one.id,

@@ -63,6 +63,7 @@ class Lease(Model):
     )
     shown_id: str = Field(description="First digits of `id`, visible to all clients.")
     holder: str = Field(description="Client with motion control.")
+    uids: list[UidText] | None = Field(default=None, description="Servos it covers, unique IDs. Null: all.")
     ttl_s: float = Field(description="Time to live after each renewal, s.")
     expires_at: float = Field(description="Expiry, seconds since 1970 UTC.")
     expires_in_s: float = Field(description="Time until it expires unless renewed, s.")
@@ -74,6 +75,7 @@ class LeaseView(Model):
 
     shown_id: str = Field(description="First digits of its ID, which distinguish leases but do not allow their use.")
     holder: str = Field(description="Client with motion control.")
+    uids: list[UidText] | None = Field(default=None, description="Servos it covers, unique IDs. Null: all.")
     ttl_s: float = Field(description="Time to live after each renewal, s.")
     expires_at: Utc
     expires_in_s: float = Field(description="Time until it expires unless renewed, s.")

@@ -1,4 +1,4 @@
-"""Leases: one holder at a time, until the lease is released or expires."""
+"""Leases: one holder of a servo at a time, until the lease is released or expires."""
 
 from collections.abc import Callable, Mapping
 from contextvars import Context

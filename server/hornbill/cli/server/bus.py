@@ -175,7 +175,8 @@ def leases(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
         print_json(found)
         return
     for one in found:
-        print(cell(f"{one['holder']}: expires in {one['expires_in_s']:.1f} s unless renewed."))
+        of = "" if one["uids"] is None else f", {len(one['uids'])} servos"
+        print(cell(f"{one['holder']}{of}: expires in {one['expires_in_s']:.1f} s unless renewed."))
     if not found:
         print("No leases.")
 

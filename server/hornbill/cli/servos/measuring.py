@@ -66,7 +66,7 @@ def step_test(
         require_confirmation(
             f"Turn torque on and move the horn of {found.title} by {degrees:g}° and back?", yes, as_json=as_json
         )
-        with hornbill.lease(hornbill.by):
+        with hornbill.lease(hornbill.by, uids=[found.uid]):
             found.torque("on")
             with progress() as bar:
                 job = found.step_test(degrees, runs=times, dwell_s=dwell, note=note, on_progress=bar)
@@ -167,7 +167,7 @@ def frequency_response(
         require_confirmation(
             f"Turn torque on and swing the horn of {found.title} by ±{reach:g}° for {took:g} s?", yes, as_json=as_json
         )
-        with hornbill.lease(hornbill.by):
+        with hornbill.lease(hornbill.by, uids=[found.uid]):
             found.torque("on")
             with progress() as bar:
                 job = found.frequency_response(

@@ -55,7 +55,7 @@ def measure(
             yes,
             as_json=as_json,
         )
-        with hornbill.lease(hornbill.by):
+        with hornbill.lease(hornbill.by, uids=[found.uid]):
             found.torque("on")
             with progress() as bar:
                 job = found.measure_mechanics(

@@ -37,13 +37,13 @@ def move(
     server: Server = LOCAL_URL,
     as_json: AsJson = False,
 ) -> None:
-    """Move a servo and wait until it settles. Takes motion control (a lease); torque is off afterwards.
+    """Move a servo and wait until it settles. Takes motion control of it (a lease); torque is off afterwards.
 
     Ctrl-C ends the command immediately, also while holding.
     """
     with client(server) as hornbill:
         found = hornbill.look_up(servo)
-        with hornbill.lease(hornbill.by):
+        with hornbill.lease(hornbill.by, uids=[found.uid]):
             if torque_on:
                 found.torque("on")
             codes = confirm or ()

@@ -41,7 +41,7 @@ def improve(
             return
         titles = ", ".join(one.title for one in found)
         require_confirmation(f"Turn torque on and move {titles} repeatedly to find better gains?", yes, as_json=as_json)
-        with hornbill.lease(hornbill.by):
+        with hornbill.lease(hornbill.by, uids=[one.uid for one in found]):
             for one in found:
                 one.torque("on")
             with progress() as bar:

@@ -320,7 +320,7 @@ class Changes:
 
     def _check(self, servo: Servo, values: Mapping[str, object], lease_id: str | None, revision: str | None) -> None:
         self._check_revision(servo, revision)
-        self._leases.allow_write(lease_id, self._base.now())
+        self._leases.allow_write(lease_id, self._base.now(), servo.uid)
         for key in values:
             self.row(servo, key)
         permission.check_writable(servo)

@@ -70,7 +70,7 @@ class Restarting:
         """
         running = self.running(kind, servo)
         if running is not None and kind != "factory_reset" and not options.written and not options.torque_on:
-            self._allow(options)
+            self._allow(servo, options)
             return running
         torque = self.check(servo, kind, options)
         by = options.by or self._services.leases.who(options.lease_id, self._services.base.now())
@@ -90,7 +90,7 @@ class Restarting:
         and BusReadOnly if the output must be turned on first.
         """
         self._follow.stop.check()
-        self._allow(options)
+        self._allow(servo, options)
         (permission.check_restartable if kind == "restart" else permission.check_writable)(servo)
         if self._motion.is_commanded(servo.uid):
             raise Busy(
@@ -146,7 +146,7 @@ class Restarting:
 
     def save_in_progress(self, servo: Servo, values: Mapping[str, object], lease_id: str | None) -> RunningJob | None:
         """The running save that writes exactly these values (engineering, by key) to ROM, or None. Raises LeaseHeld."""
-        self._services.leases.allow_write(lease_id, self._services.base.now())
+        self._services.leases.allow_write(lease_id, self._services.base.now(), servo.uid)
         job, held = self.running("save", servo), servo.expected_rom
         if job is None or held is None or not values.keys() <= held.keys():  # None: its values are not read yet
             return None
@@ -158,10 +158,10 @@ class Restarting:
             return None
         return job if same else None
 
-    def _allow(self, options: RestartOptions) -> None:
+    def _allow(self, servo: Servo, options: RestartOptions) -> None:
         """Raises LeaseHeld unless `by` is already authorized."""
         if options.by is None:
-            self._services.leases.allow_write(options.lease_id, self._services.base.now())
+            self._services.leases.allow_write(options.lease_id, self._services.base.now(), servo.uid)
 
     def _begin(
         self,

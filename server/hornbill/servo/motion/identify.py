@@ -56,10 +56,10 @@ class Identify:
             )
         now = self._base.now()
         if lease_id is None:
-            lease = self._control.take(f"identify {servo.title}", OWN_TTL_S)
+            lease = self._control.take(f"identify {servo.title}", OWN_TTL_S, frozenset([servo.uid]))
             by = by or self._leases.who(None, now)
         else:
-            lease = self._leases.require(lease_id, now)
+            lease = self._leases.require(lease_id, now, servo.uid)
             by = by or lease.holder
         own = lease_id is None
         try:

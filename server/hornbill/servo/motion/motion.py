@@ -318,8 +318,8 @@ class Motion:
 
     def claim(self, servo: Servo, lease_id: str | None) -> None:
         """Note that a save or restart under this lease will energise a servo: torque goes off when the lease ends."""
-        lease = self._leases.current(self._base.now())
-        if lease is not None and lease.id == lease_id and servo.raw(KEY) != ON:
+        lease = self._leases.find(lease_id, self._base.now())
+        if lease is not None and lease.covers([servo.uid]) and servo.raw(KEY) != ON:
             self._energised[servo.uid] = servo, lease.id
 
     def end_lease(self, lease: HeldLease) -> list[Servo]:
@@ -357,9 +357,11 @@ class Motion:
 
         Call within `leaving_bus`.
         """
-        lease = self._leases.current(self._base.now())
+        now = self._base.now()
+        holders = {uid: self._leases.find(lease_id, now) for uid, (_, lease_id) in self._energised.items()}
         self.bus_lost()
         for servo in self._release():
+            lease = holders.get(servo.uid)
             self.torque_off.require(servo, "lease", None if lease is None else lease.holder)
         if not self._bus_gone:
             await self.torque_off.acknowledged(LEAVE_S)
@@ -372,7 +374,7 @@ class Motion:
         CommandedElsewhere.
         """
         self._check_open()
-        lease = self._leases.require(lease_id, self._base.now())
+        lease = self._leases.require(lease_id, self._base.now(), servo.uid)
         permission.check_movable(servo)
         self._commanders.check(servo)
         permission.row_for(servo, "angle")
@@ -436,8 +438,9 @@ class Motion:
 
     def _holder(self, servo: Servo) -> str | None:
         """Holder of the lease a servo is under, or None."""
-        commanded, lease = self._commanded.get(servo.uid), self._leases.current(self._base.now())
-        return lease.holder if commanded is not None and lease is not None and lease.id == commanded.lease_id else None
+        commanded = self._commanded.get(servo.uid)
+        lease = None if commanded is None else self._leases.find(commanded.lease_id, self._base.now())
+        return None if lease is None else lease.holder
 
     def _take_command(self, servo: Servo, lease: HeldLease) -> CommandedServo:
         self.torque_off.cancel_for_command(servo.uid)
@@ -490,8 +493,7 @@ class Motion:
             raise BusDisconnected(
                 "The bus was lost while the command was being sent. Torque goes off.", cause="bus_lost_during_command"
             )
-        lease = self._leases.current(self._base.now())
-        if lease is None or lease.id != commanded.lease_id:
+        if self._leases.find(commanded.lease_id, self._base.now()) is None:
             raise LeaseRequired(
                 "The lease ended while the command was being sent. Torque goes off.", cause="lease_ended_during_command"
             )

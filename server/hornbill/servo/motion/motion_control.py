@@ -17,7 +17,7 @@ from hornbill.servo.runtime.audit import AUDITED_S
 from hornbill.servo.runtime.hub import LeaseChanged, LogEvent
 from hornbill.servo.runtime.leases import HeldLease
 from hornbill.store.audit import NewAuditEntry
-from hornbill.units import Instant
+from hornbill.units import Instant, Uid
 
 PASS_S = 0.25
 """A lease passes once all servos of the previous holder have acknowledged torque off, or after this time. Torque off
@@ -45,6 +45,8 @@ class TakeOverRequest:
     ttl_s: float
     reason: str
     timeout_s: float
+    uids: frozenset[Uid] | None
+    """Servos. None: all."""
     at: Instant
     seen_at: Instant
     state: Outcome = "waiting"
@@ -83,9 +85,9 @@ class MotionControl:
         """The pending request, or None."""
         return self._waiting
 
-    def take(self, holder: str, ttl_s: float) -> HeldLease:
-        """Take the lease if it is free. Raises LeaseHeld, Busy."""
-        lease = self._leases.grant(holder, ttl_s, self._base.now())
+    def take(self, holder: str, ttl_s: float, uids: frozenset[Uid] | None = None) -> HeldLease:
+        """Take a lease of these servos (None: all) if they are free. Raises LeaseHeld, Busy."""
+        lease = self._leases.grant(holder, ttl_s, self._base.now(), uids)
         self._hub.publish(LeaseChanged())
         text = f"Motion control expires {lease.ttl_s:g} s after the last heartbeat."
         note = Note(text, "lease_taken", {"ttl_s": lease.ttl_s})
@@ -98,7 +100,7 @@ class MotionControl:
         self._ended(lease, LeaseEnd(why, lease.holder))
         return lease
 
-    async def force(self, holder: str, ttl_s: float, reason: str) -> HeldLease:
+    async def force(self, holder: str, ttl_s: float, reason: str, uids: frozenset[Uid] | None = None) -> HeldLease:
         """Take it by force. Raises InvalidValue without a reason, and Busy while it is being passed on."""
         if not reason.strip():
             raise InvalidValue(
@@ -110,13 +112,15 @@ class MotionControl:
                 "Motion control is being passed on. Try again in 1 s.",
                 cause="control_transfer_in_progress",
             )
-        if self._leases.current(self._base.now()) is None and self._waiting is None:
-            return self.take(holder, ttl_s)
+        if self._leases.current(self._base.now(), uids) is None and self._waiting is None:
+            return self.take(holder, ttl_s, uids)
         # A separate task: if cancelled halfway, no client would have control and nothing would be audited.
-        task = self._passing = asyncio.get_running_loop().create_task(self._force(holder, ttl_s, reason.strip()))
+        task = self._passing = asyncio.get_running_loop().create_task(self._force(holder, ttl_s, reason.strip(), uids))
         return await asyncio.shield(task)
 
-    async def request(self, by: str, ttl_s: float, reason: str, timeout_s: float) -> TakeOverRequest:
+    async def request(
+        self, by: str, ttl_s: float, reason: str, timeout_s: float, uids: frozenset[Uid] | None = None
+    ) -> TakeOverRequest:
         """Request motion control from its holder. Granted immediately if there is none.
 
         Raises Busy while another request is pending.
@@ -129,12 +133,12 @@ class MotionControl:
                 by=who,
             )
         now = self._base.now()
-        request = TakeOverRequest(by, ttl_s, reason, timeout_s, now, now)
+        request = TakeOverRequest(by, ttl_s, reason, timeout_s, uids, now, now)
         self._requests[request.id] = request
         while len(self._requests) > MAX_STORED:
             self._requests.popitem(last=False)
-        held = self._leases.current(now)
-        self._leases.promised_to, self._waiting = by, request
+        held = self._leases.current(now, uids)
+        self._leases.promised_to, self._leases.promised_uids, self._waiting = by, uids, request
         if held is not None:
             text = f"{by} requests motion control from {held.holder}{because(reason)} "
             text += f"It passes in {timeout_s:g} s unless {held.holder} refuses."
@@ -172,7 +176,7 @@ class MotionControl:
         """Refuse a request as the holder. Raises LeaseRequired, LeaseHeld, Unknown."""
         lease = self._leases.require(lease_id, self._base.now())
         request = self._waiting
-        if request is None or shown_id not in (request.shown_id, request.id):
+        if request is None or shown_id not in (request.shown_id, request.id) or not lease.overlaps(request.uids):
             raise Unknown("unknown_lease", "There is no pending request with this ID.", cause="no_pending_request")
         text = f"{lease.holder} refused the request of {request.by} for motion control."
         self._end(request, "lease_refused", text, holder=lease.holder)
@@ -189,7 +193,7 @@ class MotionControl:
             self._end(
                 request, "lease_withdrawn", f"{request.by} requested motion control but stopped responding.", gone=True
             )
-        elif now >= request.due or self._leases.current(now) is None:
+        elif now >= request.due or self._leases.current(now, request.uids) is None:
             self._passing = asyncio.get_running_loop().create_task(self._pass(request))
 
     async def close(self) -> None:
@@ -200,35 +204,36 @@ class MotionControl:
 
     async def _pass(self, request: TakeOverRequest) -> None:
         try:
-            old = self._leases.current(self._base.now())
-            await self._end_current(LeaseEnd("passed", request.by))
+            old = self._leases.current(self._base.now(), request.uids)
+            await self._end_current(LeaseEnd("passed", request.by), request.uids)
             if request.state != "waiting":
                 return  # withdrawn meanwhile
-            request.lease = self._leases.hand_over(request.by, request.ttl_s, self._base.now(), grace_s=GRACE_S)
+            request.lease = self._leases.hand_over(
+                request.by, request.ttl_s, self._base.now(), grace_s=GRACE_S, uids=request.uids
+            )
             request.state, self._waiting = "granted", None
             self._publish_passed(request.lease, old, "passed", request.reason)
         finally:
             self._passing = None
 
-    async def _force(self, holder: str, ttl_s: float, reason: str) -> HeldLease:
+    async def _force(self, holder: str, ttl_s: float, reason: str, uids: frozenset[Uid] | None) -> HeldLease:
         try:
             if self._waiting is not None:
                 text = f"{holder} took motion control by force."
                 self._end(self._waiting, "lease_refused", text, holder=holder, forced=True)
-            old = self._leases.current(self._base.now())
-            await self._end_current(LeaseEnd("forced", holder, reason))
-            lease = self._leases.hand_over(holder, ttl_s, self._base.now(), grace_s=0.0)
+            old = self._leases.current(self._base.now(), uids)
+            await self._end_current(LeaseEnd("forced", holder, reason), uids)
+            lease = self._leases.hand_over(holder, ttl_s, self._base.now(), grace_s=0.0, uids=uids)
             self._publish_passed(lease, old, "forced", reason)
             return lease
         finally:
             self._passing = None
 
-    async def _end_current(self, why: LeaseEnd) -> None:
-        """End the current lease, if any, and wait for torque off on everything commanded under it."""
-        self._leases.promised_to = why.holder
+    async def _end_current(self, why: LeaseEnd, uids: frozenset[Uid] | None) -> None:
+        """End the leases of these servos, if any, and wait for torque off on everything commanded under them."""
+        self._leases.promised_to, self._leases.promised_uids = why.holder, uids
         self._end_expired()
-        old = self._leases.revoke(self._base.now())
-        if old is not None:
+        while (old := self._leases.revoke(self._base.now(), uids)) is not None:
             self._ended(old, why)
         await self._motion.torque_off.acknowledged(PASS_S)
 
@@ -251,7 +256,8 @@ class MotionControl:
     def _end(self, request: TakeOverRequest, code: _Ended, text: str, **params: object) -> None:
         if request.state != "waiting":
             return
-        request.state, self._waiting, self._leases.promised_to = _STATES[code], None, None
+        request.state, self._waiting = _STATES[code], None
+        self._leases.promised_to = self._leases.promised_uids = None
         self._hub.publish(LogEvent("notice", code, text, params={"by": request.by, **params}))
         self._hub.publish(LeaseChanged())
 

@@ -159,7 +159,7 @@ class Streams:
 
         Raises what Bursts.prepare raises, Busy for a servo of another stream, and BusBudget with the possible rate.
         """
-        lease = self._leases.require(lease_id, self._base.now())
+        lease = self._leases.require(lease_id, self._base.now(), *(servo.uid for servo in servos))
         for servo in servos:
             if self.commands(servo.uid):
                 raise _other_stream(servo)
@@ -192,7 +192,7 @@ class Streams:
         Raises Unknown, Busy once it has ended, LeaseRequired, LeaseHeld, OutOfRange, InvalidValue, NeedsConfirmation.
         """
         stream = self.get(stream_id)
-        self._leases.require(lease_id, self._base.now())
+        self._leases.require(lease_id, self._base.now(), *stream.uids)
         if stream.ended is not None:
             raise Busy(f"The stream has ended: {stream.ended.text} Start a new one.", cause="stream_ended")
         uids = set(stream.uids)

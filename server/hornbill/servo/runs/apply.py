@@ -134,7 +134,7 @@ class ProfileJobs:
                 key=given[0], requested=profile.values[given[0]], cause="unique_for_many", name=name,
             )  # fmt: skip
         now = self._base.now()
-        self._leases.allow_write(lease_id, now)
+        self._leases.allow_write(lease_id, now, *(servo.uid for servo in servos))
         by = self._leases.who(lease_id, now)
         self._jobs.check_apart(uids)
         targets = [
@@ -209,7 +209,7 @@ class ProfileJobs:
         return rows_written(written, len(outcome.changes))
 
     async def _save(self, run: ProfileRun, target: ProfileTarget) -> Evidence:
-        self._leases.allow_write(run.lease_id, self._base.now())
+        self._leases.allow_write(run.lease_id, self._base.now(), target.servo.uid)
         words = torque_in_rom.confirmed(run.options.confirm, target.values)
         save = RestartOptions(run.lease_id, run.by, words, written=target.changes)
         job = self._restarting.start(target.servo, "save", save)

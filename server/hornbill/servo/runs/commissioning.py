@@ -179,7 +179,7 @@ class CommissioningJobs:
         return work
 
     def _check_leave(self, request: CommissionRequest, lease_id: str | None) -> None:
-        self._leases.allow_write(lease_id, self._base.now())
+        self._leases.allow_write(lease_id, self._base.now(), *request.uids)
         self._jobs.check_apart(request.uids)
         if request.save or request.identify:
             self._stop.check()

@@ -125,7 +125,7 @@ class Matrix:
 
         Raises LeaseHeld before anything is sent. All other problems belong to a servo.
         """
-        self._leases.allow_write(options.lease_id, self._base.now())
+        self._leases.allow_write(options.lease_id, self._base.now(), *values)
         targets = [
             MatrixTarget(record=ServoRecord(uid), place=place, values=requested)
             for place, (uid, requested) in enumerate(values.items(), 1)

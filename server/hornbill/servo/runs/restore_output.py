@@ -146,9 +146,9 @@ class RestoreOutputJobs:
         `uids`: None for `candidates`. Raises Unknown, LeaseHeld, LeaseRequired for a lease that has ended, Busy.
         """
         servos = self.candidates() if uids is None else [self._fleet.get(uid) for uid in dict.fromkeys(uids)]
-        self._check_lease(lease_id)
+        self._check_lease(lease_id, *(one.uid for one in servos))
         found = await asyncio.gather(*(self._prospect(servo, lease_id) for servo in servos))
-        self._check_lease(lease_id)
+        self._check_lease(lease_id, *(one.uid for one in servos))
         self._jobs.check_apart([one.uid for one in servos])
         for servo in servos:
             permission.check_free(servo, self._jobs)
@@ -207,7 +207,7 @@ class RestoreOutputJobs:
         servo, lease_id = target.servo, run.lease_id
         async with servo.changing:
             await self._read(servo)
-            self._check_lease(lease_id)
+            self._check_lease(lease_id, servo.uid)
             if servo.output_state.state == "on":
                 target.angle_deg = _angle(servo)
                 target.held_by = "lease" if self._motion.is_commanded(servo.uid) else "servo"
@@ -270,12 +270,12 @@ class RestoreOutputJobs:
             problem = error
         return Prospect(servo, _is_loaded(servo), lease_id is None and needs_feeding(servo), problem)
 
-    def _check_lease(self, lease_id: str | None) -> None:
+    def _check_lease(self, lease_id: str | None, *uids: Uid) -> None:
         """Raises LeaseHeld while another client has motion control, LeaseRequired if the given lease has ended."""
         if lease_id is None:
-            self._leases.allow_write(None, self._base.now())
+            self._leases.allow_write(None, self._base.now(), *uids)
         else:
-            self._leases.require(lease_id, self._base.now())
+            self._leases.require(lease_id, self._base.now(), *uids)
 
     def _check(self, servo: Servo) -> None:
         """Check whether one output may be turned on, from the rows just read. Ignores the latch."""

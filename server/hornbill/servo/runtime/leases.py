@@ -1,23 +1,33 @@
-"""The lease: one client at a time has motion control, while it sends heartbeats."""
+"""Leases: each servo is under the motion control of at most one client, while it sends heartbeats."""
 
 import math
 import secrets
 from collections import Counter
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from hornbill.errors import Busy, LeaseHeld, LeaseRequired, Unknown
 from hornbill.servo.runtime.actor import acting, signed
-from hornbill.units import Instant
+from hornbill.units import Instant, Uid
 
 
 @dataclass(slots=True)
 class HeldLease:
-    """The right to move servos. Expires `ttl_s` seconds after the last heartbeat."""
+    """The right to move servos: `uids`, or all if None. Expires `ttl_s` seconds after the last heartbeat."""
 
     id: str
     holder: str
     ttl_s: float
     expires_at: Instant
+    uids: frozenset[Uid] | None = None
+
+    def overlaps(self, uids: Collection[Uid] | None) -> bool:
+        """Whether it covers any of these servos (None: all)."""
+        return self.uids is None or uids is None or not self.uids.isdisjoint(uids)
+
+    def covers(self, uids: Collection[Uid]) -> bool:
+        """Whether it covers all of these servos."""
+        return self.uids is None or self.uids.issuperset(uids)
 
     @property
     def shown_id(self) -> str:
@@ -26,60 +36,77 @@ class HeldLease:
 
 
 class Leases:
-    """The one lease: who has it, and whether they may move and write. Depends on `now` only; has no timer.
+    """The leases: who has them, and whether they may move and write. Depends on `now` only; has no timer.
+
+    Leases that are valid at the same time cover different servos. Where `uids` is None, all servos are meant.
 
     Take and end leases through `servo/motion/motion_control.py`, which also switches torque off and audits.
     """
 
     def __init__(self) -> None:
-        self._lease: HeldLease | None = None
-        self._expired_unseen: list[HeldLease] = []
+        self._leases: dict[str, HeldLease] = {}
+        """By ID. Expired leases remain until `expired` has returned them."""
         self.promised_to: str | None = None
         """Client that requested the next lease. Until it gets it, no other client does."""
+        self.promised_uids: frozenset[Uid] | None = None
+        """Servos of that lease. None: all."""
         self.counts: Counter[str] = Counter()
         """Leases taken, released, revoked or expired since the start."""
 
-    def current(self, now: Instant) -> HeldLease | None:
-        """The valid lease, or None."""
-        lease = self._lease
-        return lease if lease is not None and lease.expires_at > now else None
+    def valid(self, now: Instant) -> list[HeldLease]:
+        """All valid leases, oldest first."""
+        return [lease for lease in self._leases.values() if lease.expires_at > now]
 
-    def grant(self, holder: str, ttl_s: float, now: Instant) -> HeldLease:
-        """A new lease. Raises LeaseHeld while a client has one, and Busy while it is promised to one."""
-        held = self.current(now)
+    def current(self, now: Instant, uids: Collection[Uid] | None = None) -> HeldLease | None:
+        """The oldest valid lease that covers any of these servos, or None."""
+        return next((lease for lease in self.valid(now) if lease.overlaps(uids)), None)
+
+    def find(self, lease_id: str | None, now: Instant) -> HeldLease | None:
+        """The valid lease with this ID, or None."""
+        return next((lease for lease in self.valid(now) if _is(lease, lease_id)), None)
+
+    def grant(self, holder: str, ttl_s: float, now: Instant, uids: frozenset[Uid] | None = None) -> HeldLease:
+        """A new lease. Raises LeaseHeld while a client has one of these servos, and Busy while one is promised."""
+        held = self.current(now, uids)
         if held is not None:
             raise self._held(held, now)
-        if self.promised_to is not None:
+        if self.promised_to is not None and (
+            uids is None or self.promised_uids is None or not self.promised_uids.isdisjoint(uids)
+        ):
             raise Busy(
                 f"Motion control is being passed to {self.promised_to}, who requested it. Try again in 1 s.",
                 cause="control_transfer_pending",
                 by=self.promised_to,
             )
-        return self._new(holder, ttl_s, now, ttl_s)
+        return self._new(holder, ttl_s, now, ttl_s, uids)
 
-    def hand_over(self, holder: str, ttl_s: float, now: Instant, *, grace_s: float) -> HeldLease:
+    def hand_over(
+        self, holder: str, ttl_s: float, now: Instant, *, grace_s: float, uids: frozenset[Uid] | None = None
+    ) -> HeldLease:
         """A new lease for the client it was promised to, once the previous one has ended.
 
         Before its first renewal it lasts at least `grace_s`. Raises LeaseHeld.
         """
-        held = self.current(now)
+        held = self.current(now, uids)
         if held is not None:
             raise self._held(held, now)
-        self.promised_to = None
-        return self._new(holder, ttl_s, now, max(ttl_s, grace_s))
+        self.promised_to = self.promised_uids = None
+        return self._new(holder, ttl_s, now, max(ttl_s, grace_s), uids)
 
-    def revoke(self, now: Instant) -> HeldLease | None:
-        """End the current lease, if any, and return it: torque must go off on everything commanded under it."""
-        lease = self.current(now)
+    def revoke(self, now: Instant, uids: Collection[Uid] | None = None) -> HeldLease | None:
+        """End a lease that covers any of these servos, and return it: torque must go off on everything commanded under
+        it. None if there is none (any more).
+        """
+        lease = self.current(now, uids)
         if lease is not None:
-            self._lease = None
+            del self._leases[lease.id]
             self.counts["revoked"] += 1
         return lease
 
     def renew(self, lease_id: str, now: Instant) -> HeldLease:
         """Extend the lease to `ttl_s` from now. Raises Unknown(unknown_lease) once it has ended."""
-        lease = self.current(now)
-        if lease is None or not _is(lease, lease_id):
+        lease = self.find(lease_id, now)
+        if lease is None:
             raise Unknown(
                 "unknown_lease",
                 "This lease has ended. Take a new one.",
@@ -91,62 +118,73 @@ class Leases:
     def release(self, lease_id: str, now: Instant) -> HeldLease:
         """End the lease. Raises Unknown(unknown_lease)."""
         lease = self.renew(lease_id, now)
-        self._lease = None
+        del self._leases[lease.id]
         self.counts["released"] += 1
         return lease
 
     def expired(self, now: Instant) -> HeldLease | None:
         """The next expired lease, each returned once, even if another has been granted since. None if there is none."""
-        if self._expired_unseen:
+        lease = next((lease for lease in self._leases.values() if lease.expires_at <= now), None)
+        if lease is not None:
+            del self._leases[lease.id]
             self.counts["expired"] += 1
-            return self._expired_unseen.pop(0)
-        lease = self._lease
-        if lease is None or lease.expires_at > now:
-            return None
-        self._lease = None
-        self.counts["expired"] += 1
         return lease
 
-    def require(self, lease_id: str | None, now: Instant) -> HeldLease:
-        """The valid lease with this ID, required for motion. Raises LeaseRequired or LeaseHeld."""
-        lease = self.current(now)
-        if lease is not None and _is(lease, lease_id):
+    def require(self, lease_id: str | None, now: Instant, *uids: Uid) -> HeldLease:
+        """The valid lease with this ID, required for motion of these servos. Raises LeaseRequired or LeaseHeld."""
+        lease = self.find(lease_id, now)
+        if lease is not None and lease.covers(uids):
             return lease
+        other = next((one for one in self.valid(now) if one is not lease and one.overlaps(uids or None)), None)
+        if other is not None:
+            raise self._held(other, now)
         if lease is not None:
-            raise self._held(lease, now)
+            missing = sorted(set(uids) - (lease.uids or set()))
+            raise LeaseRequired(
+                f"This lease does not cover {', '.join(missing)}. Take one that does.",
+                cause="lease_does_not_cover",
+                uids=missing,
+            )
         if lease_id is None:
             raise LeaseRequired("Motion requires a valid lease.", cause="lease_missing")
         raise LeaseRequired(
             "This lease has ended, and torque is off on the servos it commanded. Take a new one.", cause="lease_ended"
         )
 
-    def allow_write(self, lease_id: str | None, now: Instant) -> None:
-        """Parameters can be written without a lease, except while another client has it. Raises LeaseHeld."""
-        lease = self.current(now)
-        if lease is not None and not _is(lease, lease_id):
-            raise self._held(lease, now)
+    def allow_write(self, lease_id: str | None, now: Instant, *uids: Uid) -> None:
+        """Parameters can be written without a lease, except of servos under the lease of another client.
+
+        Without `uids`: of any servo. Raises LeaseHeld.
+        """
+        for lease in self.valid(now):
+            if lease.overlaps(uids or None) and not _is(lease, lease_id):
+                raise self._held(lease, now)
 
     def who(self, lease_id: str | None, now: Instant) -> str:
         """Name for the audit: the holder of this lease while valid, else the token, else "no lease"."""
-        lease = self.current(now)
-        return signed(lease.holder) if lease is not None and _is(lease, lease_id) else acting() or "no lease"
+        lease = self.find(lease_id, now)
+        return signed(lease.holder) if lease is not None else acting() or "no lease"
 
-    def _new(self, holder: str, ttl_s: float, now: Instant, first_s: float) -> HeldLease:
-        if self._lease is not None:
-            self._expired_unseen.append(self._lease)
+    def _new(self, holder: str, ttl_s: float, now: Instant, first_s: float, uids: frozenset[Uid] | None) -> HeldLease:
         self.counts["taken"] += 1
-        self._lease = HeldLease(secrets.token_hex(16), holder, ttl_s, now + first_s)
-        return self._lease
+        lease = HeldLease(secrets.token_hex(16), holder, ttl_s, now + first_s, uids)
+        self._leases[lease.id] = lease
+        return lease
 
     @staticmethod
     def _held(lease: HeldLease, now: Instant) -> LeaseHeld:
         left = lease.expires_at - now
         return LeaseHeld(
-            f"{lease.holder} has motion control for {max(1, math.ceil(left))} s more. Request it, or wait.",
+            f"{lease.holder} has motion control{_of(lease)} for {max(1, math.ceil(left))} s more. Request it, or wait.",
             cause="lease_held_by_other",
             holder=lease.holder,
             expires_in_s=round(left, 3),
+            **({} if lease.uids is None else {"uids": sorted(lease.uids)}),
         )
+
+
+def _of(lease: HeldLease) -> str:
+    return "" if lease.uids is None else f" of {', '.join(sorted(lease.uids))}"
 
 
 def _is(lease: HeldLease, lease_id: str | None) -> bool:

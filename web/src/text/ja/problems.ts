@@ -290,6 +290,7 @@ export const causes: Readonly<Record<string, FactsText>> = {
   label_of_recorded_servo: p =>
     `${p.servo}は記録のサーボです。名前を付けるには実際のバスを接続してください。`,
   last_command_not_accepted: p => `${p.servo}が最後の指令を受け付けませんでした。`,
+  lease_does_not_cover: () => `この動作権には含まれないサーボがあります。そのサーボの動作権を取ってください。`,
   lease_ended: () => `動作権は終わり、指令していたサーボのトルクはオフになりました。もう一度取ってください。`,
   lease_ended_during_command: () => `指令の途中で動作権が終わりました。トルクはオフになります。`,
   lease_held_by_other: p => `${who(p.holder)}が動作権を持っています。要求するか、待ってください。`,

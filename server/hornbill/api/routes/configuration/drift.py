@@ -58,7 +58,7 @@ async def restore_drift(
 async def accept_drift(host: TheHost, servo: TheServo, lease: LeaseHeader = None) -> None:
     """Accept the changed values as intended."""
     now = host.base.now()
-    host.leases.allow_write(lease, now)
+    host.leases.allow_write(lease, now, servo.uid)
     if servo.busy is not None:
         raise Busy(
             f"{servo.title} is {servo.state.value.replace('_', ' ')}. Wait until it is ready, then accept its drift.",

@@ -1,8 +1,11 @@
 """Routes of leases, which grant motion control: take, renew, release, request and refuse."""
 
+from typing import Annotated
+
 from pydantic import Field
 
 from hornbill.api import present
+from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import LeaseHeader, LeaseId, RequestId, TheHost
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
@@ -10,8 +13,17 @@ from hornbill.domain.fields import Model
 from hornbill.domain.motion import Lease, LeaseView, TakeOverState
 from hornbill.servo.motion.motion_control import PASS_S
 from hornbill.servo.runtime.actor import signed
+from hornbill.units import Uid
 
 routes = Routes("motion")
+
+
+Covered = Annotated[
+    list[ServoRef] | None,
+    Field(
+        min_length=1, max_length=250, description="Servos to control. Null: all servos, also those that appear later."
+    ),
+]
 
 
 class LeaseRequest(Model):
@@ -22,6 +34,7 @@ class LeaseRequest(Model):
         max_length=64,
         description="Name of the client, shown to other users. With access control, the token's name is used instead.",
     )
+    uids: Covered = None
     ttl_s: float = Field(default=3.0, ge=0.2, le=60, description="Time to live from each renewal, s.")
     force: bool = Field(default=False, description="Take the lease from its current holder. Requires a reason.")
     reason: str = Field(default="", max_length=200, description="Reason, shown to users and written to the audit.")
@@ -33,6 +46,7 @@ class TakeOver(Model):
     holder: str = Field(
         min_length=1, max_length=64, description="Client that requests motion control, shown to the holder."
     )
+    uids: Covered = None
     ttl_s: float = Field(default=2.0, ge=0.5, le=60, description="Time to live from each renewal, s.")
     reason: str = Field(default="", max_length=200, description="Reason, shown to users and written to the audit.")
     timeout_s: float = Field(
@@ -40,25 +54,26 @@ class TakeOver(Model):
     )
 
 
-@routes.post("/leases", Role.OPERATE, "lease_held", "invalid_value", "busy", status_code=201)
+@routes.post("/leases", Role.OPERATE, "lease_held", "unknown_servo", "invalid_value", "busy", status_code=201)
 async def take_lease(host: TheHost, body: LeaseRequest) -> Lease:
-    """Take the lease, that is, motion control. Only one client can have it.
+    """Take a lease, that is, motion control of `uids` or all servos. Only one client can have that of a servo, so that
+    several stations can share a bus. `lease_held` names the holder, and `uids` if their lease is of some servos only.
+    Stop needs no lease and stops all servos.
 
     Renew it well within `ttl_s`: when it expires, torque goes off on the servos you command. `force` takes it from its
     current holder: their commands end and torque goes off first. `reason` is recorded in the audit.
     """
     if body.force:
-        lease = await host.motion_control.force(signed(body.holder), body.ttl_s, body.reason)
+        lease = await host.motion_control.force(signed(body.holder), body.ttl_s, body.reason, _covered(body.uids))
     else:
-        lease = host.motion_control.take(signed(body.holder), body.ttl_s)
+        lease = host.motion_control.take(signed(body.holder), body.ttl_s, _covered(body.uids))
     return present.lease(host, lease)
 
 
 @routes.get("/leases", Role.VIEW)
 async def list_leases(host: TheHost) -> list[LeaseView]:
-    """List the current lease. Empty if no client has motion control."""
-    lease = host.leases.current(host.base.now())
-    return [] if lease is None else [present.lease_view(host, lease)]
+    """List the valid leases, oldest first. Empty if no client has motion control."""
+    return [present.lease_view(host, lease) for lease in host.leases.valid(host.base.now())]
 
 
 @routes.put("/leases/{lease_id}", Role.OPERATE, "unknown_lease")
@@ -79,7 +94,7 @@ async def release_lease(host: TheHost, lease_id: LeaseId) -> LeaseView:
     return shown
 
 
-@routes.post("/leases/requests", Role.OPERATE, "busy", "invalid_value", status_code=202)
+@routes.post("/leases/requests", Role.OPERATE, "unknown_servo", "busy", "invalid_value", status_code=202)
 async def request_lease(host: TheHost, body: TakeOver) -> TakeOverState:
     """Request motion control from its current holder. All clients see the request and its countdown.
 
@@ -87,7 +102,9 @@ async def request_lease(host: TheHost, body: TakeOver) -> TakeOverState:
     servos they commanded. Poll the request every few seconds, otherwise it is withdrawn. Store the `id`: only with it
     you receive the lease.
     """
-    request = await host.motion_control.request(signed(body.holder), body.ttl_s, body.reason, body.timeout_s)
+    request = await host.motion_control.request(
+        signed(body.holder), body.ttl_s, body.reason, body.timeout_s, _covered(body.uids)
+    )
     return present.take_over(host, request)
 
 
@@ -114,3 +131,7 @@ async def withdraw_lease_request(host: TheHost, request_id: RequestId) -> TakeOv
 async def refuse_lease_request(host: TheHost, request_id: RequestId, lease: LeaseHeader = None) -> None:
     """Refuse a request. Only the holder of the lease can. Use the request's ID as shown with the lease."""
     host.motion_control.refuse(request_id, lease)
+
+
+def _covered(uids: list[str] | None) -> frozenset[Uid] | None:
+    return None if uids is None else frozenset(map(Uid, uids))

@@ -31,7 +31,7 @@ async def set_position_unit(
 ) -> PositionUnitState:
     """Set the position unit, or measure it again (null). Nothing is written to the servo."""
     now = host.base.now()
-    host.leases.allow_write(lease, now)
+    host.leases.allow_write(lease, now, servo.uid)
     if host.motion.is_commanded(servo.uid):
         raise Busy(
             f"{servo.title} is under command. Changing the unit would change its position. End the command first.",

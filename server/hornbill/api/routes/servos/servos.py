@@ -75,7 +75,7 @@ async def label_servo(host: TheHost, servo: TheServo, body: ServoPatch, lease: L
 async def dismiss_lost_values(host: TheHost, servo: TheServo, lease: LeaseHeader = None) -> None:
     """Dismiss the RAM values that the servo lost in a restart. Sends nothing to the servo."""
     now = host.base.now()
-    host.leases.allow_write(lease, now)
+    host.leases.allow_write(lease, now, servo.uid)
     host.lost_values.dismiss(servo, host.leases.who(lease, now))
 
 
