@@ -85,7 +85,7 @@ async def test_a_key_of_another_request_an_invalid_one_and_one_that_cannot_be_st
         patch.setattr(Responses, "end", full)
         json(await post(rig, "/leases", LEASE), 201)
     problem(await post(rig, "/leases", LEASE), "interrupted", 500)
-    for path, body in (("/leases", {**LEASE, "holder": "b"}), ("/leases?x=1", LEASE), ("/commissioning", {})):
+    for path, body in (("/leases", {**LEASE, "holder": "b"}), ("/stop/restore?wait=true", {}), ("/commissioning", {})):
         problem(await post(rig, path, body), "idempotency_key_reused", 422)
     assert [one["holder"] for one in json(await rig.call("GET", "/leases"))] == ["a"]
 

@@ -1,7 +1,7 @@
 """Mapping of errors to HTTP responses (application/problem+json)."""
 
 import json
-from collections.abc import Collection
+from collections.abc import Iterable, Iterator
 from typing import Any, Final, get_args
 
 import orjson
@@ -164,9 +164,9 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(RequestValidationError)
     async def _invalid(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
-        fields = _body_fields(request.scope.get("route"))
+        body = _body(request.scope.get("route"))
         found = [
-            {"where": ".".join(str(part) for part in one["loc"]), "what": _what(one, fields)} for one in error.errors()
+            {"where": ".".join(str(part) for part in one["loc"]), "what": _what(one, body)} for one in error.errors()
         ]
         text = "; ".join(f"{one['where']}: {one['what']}" for one in found[:3])
         return problem_response(
@@ -194,18 +194,30 @@ def install(app: FastAPI) -> None:
         return Response(orjson.dumps(shown.model_dump()), error.status_code, media_type=MEDIA_TYPE)
 
 
-def _what(error: dict[str, Any], fields: Collection[str]) -> str:
-    """Text of a validation error; of an unknown field of the body with the nearest known one."""
+def _what(error: dict[str, Any], body: object) -> str:
+    """Text of a validation error; of an unknown field of the body with the nearest known one, or all."""
     where = error["loc"]
-    if error["type"] != "extra_forbidden" or len(where) != 2 or where[0] != "body":
+    if error["type"] != "extra_forbidden" or where[0] != "body":
         return str(error["msg"])
-    near = nearest(str(where[1]), fields)
-    return "Unknown field." if near is None else f"Unknown field. The nearest name is '{near}'."
+    models = [body]
+    for part in where[1:-1]:
+        models = [one.model_fields[part].annotation for one in _models(models) if part in one.model_fields]
+    fields = sorted(name for one in _models(models) for name in one.model_fields)
+    near = nearest(str(where[-1]), fields)
+    if near is not None:
+        return f"Unknown field. The nearest name is '{near}'."
+    return f"Unknown field. Known: {', '.join(fields)}." if fields else "Unknown field."
 
 
-def _body_fields(route: object) -> Collection[str]:
-    """Names of the fields of a route's body."""
+def _models(types: Iterable[object]) -> Iterator[Any]:
+    """The models among types, also in unions, such as those of optional fields."""
+    for one in types:
+        if hasattr(one, "model_fields"):
+            yield one
+        yield from _models(get_args(one))
+
+
+def _body(route: object) -> object:
+    """Type of a route's body."""
     field = getattr(route, "body_field", None)
-    model = None if field is None else field.field_info.annotation
-    models = (model, *get_args(model))  # an optional body is a union with None
-    return [name for one in models for name in getattr(one, "model_fields", ())]
+    return None if field is None else field.field_info.annotation

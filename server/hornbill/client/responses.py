@@ -1213,6 +1213,8 @@ class Lease(TypedDict):
     """First digits of `id`, visible to all clients."""
     ttl_s: float
     """Time to live after each renewal, s."""
+    uids: list[str] | None
+    """Servos it covers, unique IDs. Null: all."""
 
 
 class LeaseView(TypedDict):
@@ -1230,6 +1232,8 @@ class LeaseView(TypedDict):
     """First digits of its ID, which distinguish leases but do not allow their use."""
     ttl_s: float
     """Time to live after each renewal, s."""
+    uids: list[str] | None
+    """Servos it covers, unique IDs. Null: all."""
 
 
 class LeftOut(TypedDict):

@@ -807,13 +807,15 @@ export interface paths {
         };
         /**
          * List leases
-         * @description List the current lease. Empty if no client has motion control.
+         * @description List the valid leases, oldest first. Empty if no client has motion control.
          */
         get: operations["list_leases"];
         put?: never;
         /**
          * Take lease
-         * @description Take the lease, that is, motion control. Only one client can have it.
+         * @description Take a lease, that is, motion control of `uids` or all servos. Only one client can have that of a servo, so that
+         *     several stations can share a bus. `lease_held` names the holder, and `uids` if their lease is of some servos only.
+         *     Stop needs no lease and stops all servos.
          *
          *     Renew it well within `ttl_s`: when it expires, torque goes off on the servos you command. `force` takes it from its
          *     current holder: their commands end and torque goes off first. `reason` is recorded in the audit.
@@ -6097,6 +6099,8 @@ export interface components {
             shown_id: string;
             /** @description Time to live after each renewal, s. */
             ttl_s: number;
+            /** @description Servos it covers, unique IDs. Null: all. */
+            uids: string[] | null;
         };
         /**
          * LeaseMessage
@@ -6135,6 +6139,8 @@ export interface components {
              * @default 3
              */
             ttl_s?: number;
+            /** @description Servos to control. Null: all servos, also those that appear later. */
+            uids?: string[] | null;
         };
         /**
          * LeaseView
@@ -6153,6 +6159,8 @@ export interface components {
             shown_id: string;
             /** @description Time to live after each renewal, s. */
             ttl_s: number;
+            /** @description Servos it covers, unique IDs. Null: all. */
+            uids: string[] | null;
         };
         /**
          * LeftOut
@@ -9370,6 +9378,8 @@ export interface components {
              * @default 2
              */
             ttl_s?: number;
+            /** @description Servos to control. Null: all servos, also those that appear later. */
+            uids?: string[] | null;
         };
         /**
          * TakeOverState
@@ -11728,7 +11738,8 @@ export interface operations {
                     "application/json": components["schemas"]["Lease"];
                 };
             };
-            /** @description `lease_held`, `busy` */
+            404: components["responses"]["unknown_servo"];
+            /** @description `lease_held`, `busy`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
@@ -11765,7 +11776,8 @@ export interface operations {
                     "application/json": components["schemas"]["TakeOverState"];
                 };
             };
-            /** @description `busy` */
+            404: components["responses"]["unknown_servo"];
+            /** @description `busy`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];

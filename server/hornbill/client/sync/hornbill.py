@@ -115,10 +115,21 @@ class Hornbill(Connection):
         raise Unknown("unknown_servo", f"{text} {name!r}. 'hornbill list' lists them.", cause=None)
 
     def lease(
-        self, holder: str, *, ttl_s: float = 3.0, heartbeat: bool = True, force: bool = False, reason: str = ""
+        self,
+        holder: str,
+        *,
+        uids: Sequence[str] | None = None,
+        ttl_s: float = 3.0,
+        heartbeat: bool = True,
+        force: bool = False,
+        reason: str = "",
     ) -> Lease:
-        """Lease (motion control) as a context manager. `force` takes it from its current holder and needs a reason."""
-        return Lease(self, holder, ttl_s, heartbeat=heartbeat, force=force, reason=reason)
+        """Lease (motion control) as a context manager. `force` takes it from its current holder and needs a reason.
+
+        `uids`: servos to control (unique IDs, serial numbers or labels), so that several programs can share a bus. None
+        for all servos.
+        """
+        return Lease(self, holder, ttl_s, uids=uids, heartbeat=heartbeat, force=force, reason=reason)
 
     def events(
         self, servos: Sequence[Servo] | None = None, *, past: bool = False, reconnect_s: float | None = 60.0

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
@@ -22,12 +23,25 @@ class Lease:
     """
 
     def __init__(
-        self, connection: Connection, holder: str, ttl_s: float, *, heartbeat: bool, force: bool, reason: str
+        self,
+        connection: Connection,
+        holder: str,
+        ttl_s: float,
+        *,
+        uids: Sequence[str] | None,
+        heartbeat: bool,
+        force: bool,
+        reason: str,
     ) -> None:
-        """`ttl_s`: time to live from each renewal, 0.2 to 60 s. `heartbeat`: renew it as often as the server says."""
+        """`uids`: servos to control, None for all.
+
+        `ttl_s`: time to live from each renewal, 0.2 to 60 s. `heartbeat`: renew it as often as the server says.
+        """
         self._connection = connection
         self._ttl_s = ttl_s
-        self._wanted = {"holder": holder, "ttl_s": ttl_s, "force": force, "reason": reason}
+        self._wanted: dict[str, object] = {"holder": holder, "ttl_s": ttl_s, "force": force, "reason": reason}
+        if uids is not None:
+            self._wanted["uids"] = list(uids)
         self._heartbeat = Heartbeat(self._renewed, ttl_s / 3) if heartbeat else None
         self.id: str | None = None
         self.lost: str | None = None
