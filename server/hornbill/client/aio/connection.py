@@ -121,6 +121,11 @@ class AsyncConnection:
             raise self._unreachable(error) from None
 
     @property
+    def closed(self) -> bool:
+        """Whether the connection was closed."""
+        return self._http.is_closed
+
+    @property
     def local(self) -> bool:
         """Whether the server is on this machine, so that HTTP_PROXY is ignored."""
         return httpx.URL(self.url).host in ("127.0.0.1", "localhost", "::1")

@@ -79,7 +79,7 @@ class AsyncLive:
                     elif message["type"] == "dropped" and message["telemetry"]:
                         yield _gap(message)
         finally:
-            if rate_hz is not None and renewed is not None:
+            if rate_hz is not None and renewed is not None and not self._connection.closed:
                 try:
                     await self._subscribe(uids, [], rate_hz, owner)
                 except HornbillError:

@@ -78,7 +78,7 @@ class Live:
                     elif message["type"] == "dropped" and message["telemetry"]:
                         yield _gap(message)
         finally:
-            if rate_hz is not None and renewed is not None:
+            if rate_hz is not None and renewed is not None and not self._connection.closed:
                 try:
                     self._subscribe(uids, [], rate_hz, owner)
                 except HornbillError:
