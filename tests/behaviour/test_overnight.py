@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from overnight import check, night
+from overnight_rig import check, night
 
 
 def test_every_report_of_a_rig_under_chaos_is_true(tmp_path: Path) -> None:

@@ -204,7 +204,7 @@ async def test_the_truth_shows_what_no_reading_does(rig: Rig, servo: Servo) -> N
 @scene(PLAIN, Recipe("BLA15-12U-A0", "1.200", servo_id=2, node_id=12))
 async def test_chaos_is_started_listed_and_stopped(rig: Rig) -> None:
     await rig.ready(2)
-    idle = {"running": False, "seed": None, "kinds": [], "interval_s": None, "active": 0, "injected": 0}
+    idle: dict[str, Any] = {"running": False, "seed": None, "kinds": [], "interval_s": None, "active": 0, "injected": 0}
     assert json(await rig.call("GET", "/sim/chaos")) == idle
     asked = {"seed": 4, "kinds": ["mute", "load"], "interval_s": 2.0}
     started = json(await rig.call("PUT", "/sim/chaos", asked))

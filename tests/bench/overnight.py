@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from bench.line import line
-from overnight import night
+from overnight_rig import night
 
 HOURS = 8.0
 

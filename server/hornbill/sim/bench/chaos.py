@@ -306,7 +306,8 @@ class Chaos:
 
         Without an embedded bus, its kinds are left out. Raises ValueError if there is nothing to inject into.
         """
-        usable = [one for one in sorted({*kinds}, key=KINDS.index) if self._wire is not None or one not in BUS_KINDS]
+        possible: list[ChaosKind] = [one for one in KINDS if self._wire is not None or one not in BUS_KINDS]
+        usable: list[ChaosKind] = [one for one in possible if one in kinds]
         uids = tuple(self._bench.servos)
         if not usable or not uids:
             raise ValueError("There are no simulated servos." if usable else "None of these kinds is possible here.")
