@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
-from fastapi import Depends, Query, Request
+from fastapi import Depends, Request
 from pydantic import ConfigDict, Field, create_model
 from typing_extensions import TypeAliasType
 
 from hornbill.api import PREFIX
 from hornbill.api.dependencies import TheHost, UidPath
+from hornbill.api.paging import Page, pages
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.autopilot import Program
@@ -407,20 +408,18 @@ def routes(catalog: Catalog) -> Routes:
         bench.chaos.stop()
         return _chaos(bench)
 
-    @made.get("/chaos/injections", Role.VIEW, "no_simulator")
+    @made.get("/chaos/injections", Role.VIEW, "no_simulator", "invalid_value")
     async def list_sim_injections(
-        bench: TheBench,
-        host: TheHost,
-        limit: Annotated[int, Query(ge=1, le=RECORDED, description="Maximum number of injections.")] = 100,
+        bench: TheBench, host: TheHost, page: Annotated[Page, pages(100, RECORDED)]
     ) -> list[SimInjection]:
         """List injected faults, newest first, including those of a seed that was stopped."""
-        found = bench.chaos.injections
+        found = page.of(reversed(bench.chaos.injections), lambda one: one.number)
         return [
             SimInjection(
                 number=one.number, kind=one.kind, uid=one.uid, values=dict(one.values), at=host.base.utc(one.at),
                 until=host.base.utc(one.until), active=one.active,
             )
-            for one in list(reversed(found))[:limit]
+            for one in found
         ]  # fmt: skip
 
     @made.get("/autopilot", Role.VIEW, "no_simulator", "no_autopilot")
