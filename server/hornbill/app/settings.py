@@ -9,6 +9,7 @@ from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from hornbill.domain.bus import ConnectionRoleChoice
+from hornbill.virtual_time import MAX_SPEED
 
 
 class Settings(BaseSettings):
@@ -79,7 +80,7 @@ class Settings(BaseSettings):
     chaos: int | None = Field(
         default=None, description="Seed of faults that `demo` injects into its servos at random. Default: none."
     )
-    speed: Literal["max"] | Annotated[float, Field(gt=0, le=1000)] | None = Field(
+    speed: Literal["max"] | float | None = Field(
         default=None,
         description="Speed of `demo` relative to real time, or max for as fast as possible. Default: real time.",
     )
@@ -100,6 +101,24 @@ class Settings(BaseSettings):
             return value
         names = [str(one).strip().lower() for one in cast("Sequence[object]", value)]
         return tuple(name for name in names if name)
+
+    @field_validator("speed")
+    @classmethod
+    def _possible_speed(cls, value: float | str | None) -> float | str | None:
+        """Above 0 and up to MAX_SPEED."""
+        if isinstance(value, float) and not 0 < value <= MAX_SPEED:
+            raise ValueError(f"{value:g} is outside the speeds above 0 to {MAX_SPEED:g}. Enter such a number, or max.")
+        return value
+
+    @field_validator("speed", mode="before")
+    @classmethod
+    def _speed_or_max(cls, value: object) -> object:
+        if not isinstance(value, str) or value == "max":
+            return value
+        try:
+            return float(value)
+        except ValueError:
+            raise ValueError(f"{value!r} is not a speed. Enter a number above 0, or max.") from None
 
     @field_validator("root_path", mode="before")
     @classmethod

@@ -51,3 +51,21 @@ def test_simulated_servos_never_use_an_adapter(
     assert CliRunner().invoke(app, ["demo"]).exit_code == 0
     assert started[0][0] is None, "HORNBILL_BUS is for hornbill serve"
     assert CliRunner().invoke(app, ["demo", "--bus", address]).exit_code == 2
+
+
+@pytest.mark.parametrize("speed", ["0.5", "100", "max"])
+def test_virtual_time_needs_the_embedded_bus(started: list[tuple[str | None, str]], speed: str) -> None:
+    assert CliRunner().invoke(app, ["demo", "--speed", speed]).exit_code == 0
+    refused = CliRunner().invoke(app, ["demo", "--bus", "auto", "--speed", speed])
+    assert refused.exit_code != 0
+    assert "socketcan:vcan7 cannot be used with --speed" in refused.stderr
+    assert [bus for bus, _ in started] == [None]
+
+
+@pytest.mark.parametrize(("speed", "text"), [("fast", "not a speed"), ("0", "outside"), ("-1", "outside"),
+                                             ("nan", "outside"), ("1001", "outside")])  # fmt: skip
+def test_an_impossible_speed_is_refused(started: list[tuple[str | None, str]], speed: str, text: str) -> None:
+    refused = CliRunner().invoke(app, ["demo", "--speed", speed])
+    assert refused.exit_code == 2
+    assert text in refused.stderr
+    assert started == []

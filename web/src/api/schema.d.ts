@@ -18200,8 +18200,10 @@ export interface operations {
     list_sim_injections: {
         parameters: {
             query?: {
-                /** @description Maximum number of injections. */
+                /** @description Maximum number of rows, newest first. */
                 limit?: number;
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
             };
             header?: never;
             path?: never;
@@ -18212,6 +18214,8 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
