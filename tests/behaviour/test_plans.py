@@ -17,7 +17,9 @@ from behaviour.rig import Rig, json, problem, until
 from behaviour.scene import scene
 from hornbill.domain.plant import PlantConstants
 from hornbill.servo.device.servo import Servo
+from hornbill.servo.runs.plan_run import PlanRun, PlanTarget
 from hornbill.servo.runtime.hub import JobChanged
+from hornbill.sim.bench.chaos import KINDS
 from hornbill.sim.bench.recipe import Recipe
 
 ROM = {"soft_start": 0, "timeout_action": 0, "speed_torque_control": 1}
@@ -365,3 +367,48 @@ async def test_a_run_that_exceeded_a_limit_is_resumed_and_still_ends_as_failed(r
     assert done["error"]["cause"] == "plan_limit_exceeded"
     (one,) = done["result"]["servos"]
     assert [(count["runs"], count["exceeded"]) for count in one["steps"]] == [(4, 1), (3, 0)]
+
+
+MISFORTUNE = [kind for kind in KINDS if kind not in ("rom_lost", "load")]
+"""Not those after which a run is rightly refused: a servo on defaults, and a free horn turned around by its load."""
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+@scene(ONE, TWO)
+async def test_under_chaos_every_reported_arrival_is_true_and_torque_is_off_after_each_end(
+    rig: Rig, servos: list[Servo], seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def safe(servo: Servo) -> bool:
+        """Off, or on only because the servo has restarted since, with torque on in its ROM."""
+        sim = rig.sim(servo)
+        return not sim.powered or sim.output != 0 or servo.output_state.reason == "configured"
+
+    arrivals: list[float] = []
+    show_step = PlanRun.show_step
+
+    def check(one: PlanRun, target: PlanTarget, number: int, *, running: bool, at: float) -> None:
+        if not running and not target.now_exceeded and one.job.state == "running" and target.goal is not None:
+            goal = target.goal.raw / target.goal.parameter.per_unit
+            arrivals.append(abs(rig.sim(target.servo).angle_deg - goal))
+        show_step(one, target, number, running=running, at=at)
+
+    monkeypatch.setattr(PlanRun, "show_step", check)
+    rig.bench.chaos.start(seed, MISFORTUNE, interval_s=3.0)
+    job_id, ends = await start(rig, *servos, cycles=20), 0
+    async with asyncio.timeout(3600):
+        while (done := await ended(rig, job_id))["result"]["cycles_done"] < 20:
+            ends += 1
+            assert ends < 60, done["error"]
+            if ends == 6:
+                rig.bench.chaos.stop()
+            await until(lambda: all(safe(servo) for servo in servos), within_s=120)
+            while (await rig.call("POST", f"/jobs/{job_id}/resume")).status_code != 202:
+                await asyncio.sleep(1)
+    assert ends >= 2
+    assert len(arrivals) >= 80
+    assert max(arrivals) <= 1.3, "the limit, and the resolution and noise of the sensor"
+    for one in done["result"]["servos"]:
+        for count in one["steps"]:
+            assert 20 <= count["runs"] <= 20 + ends
+            assert count["exceeded"] <= count["runs"]
+    await until(lambda: all(safe(servo) for servo in servos), within_s=120)

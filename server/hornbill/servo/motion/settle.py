@@ -44,8 +44,9 @@ async def wait_settled(
     dwell_s: float,
     timeout_s: float,
     still_allowed: Callable[[], object],
+    sample_s: float = SAMPLE_S,
 ) -> Settled:
-    """Read the angle up to every 10 ms until it has stayed within `band_deg` of `target` for `dwell_s`.
+    """Read the angle up to every `sample_s` until it has stayed within `band_deg` of `target` for `dwell_s`.
 
     `still_allowed` is called before every sample and raises what ends the motion (Stopped, LeaseRequired, Busy, …).
     """
@@ -73,7 +74,7 @@ async def wait_settled(
                 return Settled(
                     True, round(inside_since - began, 4), angle, len(inside), round(max(inside), 4), stayed, None
                 )
-        await asyncio.sleep(SAMPLE_S)
+        await asyncio.sleep(sample_s)
     unmet: Unmet = "samples" if not received else "band" if inside_since is None else "dwell"
     stayed = 0.0 if inside_since is None else round(base.now() - inside_since, 4)
     return Settled(False, None, angle, len(inside), round(max(inside), 4) if inside else None, stayed, unmet)

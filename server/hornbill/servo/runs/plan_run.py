@@ -182,8 +182,6 @@ class PlanTarget(RunTarget):
         self.counts = [StepCount(**one) for one in stored["steps"]]
         self.exceeded = [Exceeded(**one) for one in stored["exceeded"]]
         self.exceeded_total, self.measured = stored["exceeded_total"], dict(stored["measured"])
-        if self.exceeded:
-            self.fail(self.exceeded[0].problem(self))
 
     def plan_step_name(self, number: int) -> str:
         """Name of the job's step for a step of the plan, number from 1."""
@@ -230,7 +228,9 @@ class PlanRun(FleetJob[PlanTarget]):
     def close(self) -> None:
         """Complete the records."""
         for target in self.targets:
-            if self.ended and target.problem is None:
+            if target.problem is None and target.exceeded and self.ended:  # by an earlier run of the job
+                target.fail(target.exceeded[0].problem(target))
+            if target.problem is None and self.ended:
                 target.record.verdict = "done"
         FleetJob.close(self)
 

@@ -22,7 +22,7 @@ from hornbill.servo.motion import cautions
 from hornbill.servo.motion.jogs import Jogs
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.motion.motion_control import MotionControl
-from hornbill.servo.motion.settle import wait_settled
+from hornbill.servo.motion.settle import SAMPLE_S, wait_settled
 from hornbill.servo.motion.trapezoid import TrapezoidProfile
 from hornbill.servo.profiles.profiles import Profiles
 from hornbill.servo.runs.fleet_run import check_outcome, rows_written
@@ -257,9 +257,8 @@ class PlanSteps:
             await asyncio.gather(moving, watching, return_exceptions=True)
 
     async def _watch(self, run: PlanRun, target: PlanTarget) -> None:
-        interval_s = WATCH_S * max(1.0, len(run.targets) / 4)
         while True:
-            await asyncio.sleep(interval_s)
+            await asyncio.sleep(WATCH_S * _spread(run))
             await self._sample(run, target)
 
     async def _move(self, run: PlanRun, target: PlanTarget, step: PlanStep) -> None:
@@ -293,6 +292,7 @@ class PlanSteps:
             self._requests, servo, self._base, commanded.raw,
             band_deg=limit, dwell_s=step.dwell_s, timeout_s=step.timeout_s,
             still_allowed=lambda: self._motion.check_command(servo, run.lease.id, commanded),
+            sample_s=SAMPLE_S * _spread(run),
         )  # fmt: skip
         if found.angle_deg is None or found.unmet == "samples":
             raise NoResponse(
@@ -412,6 +412,11 @@ class PlanSteps:
             else:
                 self._stored.over(target.servo)
                 run.job.done(name, Evidence("torque_off", "0x20 is off"))
+
+
+def _spread(run: PlanRun) -> float:
+    """Factor of the intervals at which servos are read: above 1 with more than four."""
+    return max(1.0, len(run.targets) / 4)
 
 
 def _commands(plan: RunPlan, name: str) -> Iterator[tuple[str, float]]:
