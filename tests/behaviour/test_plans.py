@@ -19,7 +19,7 @@ from hornbill.domain.plant import PlantConstants
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runs.plan_run import PlanRun, PlanTarget
 from hornbill.servo.runtime.hub import JobChanged
-from hornbill.sim.bench.chaos import KINDS
+from hornbill.sim.bench.chaos import KINDS, ChaosKind
 from hornbill.sim.bench.recipe import Recipe
 
 ROM = {"soft_start": 0, "timeout_action": 0, "speed_torque_control": 1}
@@ -369,7 +369,7 @@ async def test_a_run_that_exceeded_a_limit_is_resumed_and_still_ends_as_failed(r
     assert [(count["runs"], count["exceeded"]) for count in one["steps"]] == [(4, 1), (3, 0)]
 
 
-MISFORTUNE = [kind for kind in KINDS if kind not in ("rom_lost", "load")]
+MISFORTUNE: list[ChaosKind] = [kind for kind in KINDS if kind not in ("rom_lost", "load")]
 """Not those after which a run is rightly refused: a servo on defaults, and a free horn turned around by its load."""
 
 

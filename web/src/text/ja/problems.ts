@@ -430,8 +430,6 @@ export const causes: Readonly<Record<string, FactsText>> = {
   not_measured: p => `${p.servo}の機械特性はまだ測定されていません。先に測定してください。`,
   plan_limit_exceeded: p =>
     `${p.servo}が制限値を超えました（${p.cycle}サイクル目、手順${p.step}）: ${p.value}${p.limit ? `、制限値${p.limit}` : ""}。`,
-  plan_servo_ambiguous: p =>
-    `「${p.name}」という名前のサーボが${p.count}台あります。シリアル番号を使ってください。`,
   plan_torque_not_on: p => `${p.servo}のトルクがオンになりませんでした。`,
   plant_invalid: p =>
     `シミュレーションの定数が無効です${p.names ? `（${p.names}）` : ""}。範囲はAPIの説明を確認してください。`,

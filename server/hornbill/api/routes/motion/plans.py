@@ -6,6 +6,7 @@ from pydantic import Field
 from starlette.responses import Response
 
 from hornbill.api import present
+from hornbill.api.addressing import resolve
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.routes.motion.motion import MOTION_PROBLEMS
 from hornbill.api.routes.server.jobs import Wait, job_response, preview_response, starts
@@ -14,7 +15,6 @@ from hornbill.api.security.roles import Role
 from hornbill.domain.fields import Confirmed, DryRun, Model
 from hornbill.domain.plan import PlanPreview, RunPlan
 from hornbill.errors import Conflict
-from hornbill.servo.host import Host
 from hornbill.servo.runtime.actor import signed
 from hornbill.units import Uid
 
@@ -38,26 +38,12 @@ async def run_plan(host: TheHost, body: PlanStart, lease: LeaseHeader = None, wa
     job is resumable.
     """
     host.connected()
-    uids = {name: _servo(host, name) for name in body.plan.servos}
+    uids = {name: resolve(host, name) for name in body.plan.servos}
     _check_different(uids)
     if body.dry_run:
         return preview_response(present.plan(body.plan, await host.plan_jobs.preview(body.plan, uids, body.confirm)))
     job = host.plan_jobs.start(body.plan, uids, lease, body.confirm, by=signed(body.by))
     return await job_response(host, job, wait)
-
-
-def _servo(host: Host, name: str) -> Uid:
-    """The servo with this label, serial or unique ID. Raises Unknown, Conflict."""
-    found = [one for one in host.fleet.all() if name in (one.uid, one.serial, one.label)]
-    if len(found) > 1:
-        raise Conflict(
-            f"{len(found)} servos are named {name!r}. Use the serial or the unique ID.",
-            cause="plan_servo_ambiguous",
-            name=name,
-            count=len(found),
-            candidates=[one.uid for one in found],
-        )
-    return host.fleet.get(found[0].uid if found else name).uid
 
 
 def _check_different(uids: Mapping[str, Uid]) -> None:
