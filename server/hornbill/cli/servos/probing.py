@@ -18,7 +18,10 @@ def probe(
         Path | None, typer.Option(help="Write NAME.md, NAME.json and NAME.log (bus log).", metavar="NAME")
     ] = None,
     yes_move: Annotated[
-        bool, typer.Option("--yes-move", help="Confirm every step: the horn moves, and the servo restarts twice.")
+        bool,
+        typer.Option(
+            "--yes", "-y", "--yes-move", help="Confirm every step: the horn moves, and the servo restarts twice."
+        ),
     ] = False,
     read_only: Annotated[bool, typer.Option("--read-only", help="Skip every step that writes or moves.")] = False,
     server: Server = LOCAL_URL,
@@ -30,7 +33,7 @@ def probe(
     confirmed step failed.
     """
     if yes_move and read_only:
-        raise typer.BadParameter("--yes-move and --read-only are mutually exclusive")
+        raise typer.BadParameter("--yes and --read-only are mutually exclusive")
     from hornbill.probe.report import as_markdown, as_object
     from hornbill.probe.steps import Probe
 
