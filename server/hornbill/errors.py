@@ -50,6 +50,7 @@ HornbillError
 from typing import Any, ClassVar, Literal, Self, TypeAlias, cast
 
 Cause: TypeAlias = Literal[
+    "bench_in_use", "store_rejected",
     "adapter_ambiguous", "adapter_lost", "adapter_not_found", "adapter_removed", "adapter_unconfirmed",
     "address_is_recording", "allocation_busy", "allocation_not_found", "already_requested", "amplitude_out_of_range",
     "angle_unknown", "autopilot_end_beyond_limit", "autopilot_ends_order", "autopilot_output_range",

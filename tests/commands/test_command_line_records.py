@@ -158,6 +158,7 @@ def test_the_inventory_is_listed_and_a_connected_servo_cannot_be_forgotten(comma
     assert "angle_p_gain" in command("inventory", "show", "Rudder")
     command("inventory", "annotate", "Rudder", "New gears")
     assert "New gears" in command("inventory", "show", "Rudder")
+    assert "(this)" in command("site")
     assert "busy" in command("inventory", "forget", "Rudder", "--yes", code=6)
     assert "label" in command("audit", "--servo", "Rudder", "--action", "label")
     assert command("audit", "--csv").startswith("id,time,by,")

@@ -18,8 +18,8 @@ RESPONSES = (
     "Mechanics", "Node", "OutputRestorePreview", "ParameterFile", "Parameters", "ParametersPatched", "PlanOutput",
     "PlanPreview", "PositionUnitState", "Profile", "Reading", "RecorderState", "Recording", "RecordingContent",
     "Recycled", "ResetPreview", "Restored", "RunOverlay", "SavePreview", "SchemaDocument", "Servo", "SetUp",
-    "SimAutopilot", "SimChaos", "SimClock", "SimInjection", "SimServo", "SimTruth", "Snapshot", "StepRun", "Stop",
-    "Stream", "Telemetry", "TelemetryGrant", "Tuning", "Verification",
+    "SimAutopilot", "SimChaos", "SimClock", "SimInjection", "SimServo", "SimTruth", "SiteBench", "Snapshot",
+    "StepRun", "Stop", "Stream", "Telemetry", "TelemetryGrant", "Tuning", "Verification",
 )  # fmt: skip
 """Responses of the client methods; the types they contain are added."""
 

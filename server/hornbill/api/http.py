@@ -35,7 +35,7 @@ from hornbill.api.routes.motion import (
     tuning,
 )
 from hornbill.api.routes.server import access as access_routes
-from hornbill.api.routes.server import audit, health, jobs, metrics, monitoring, recorder, reports, schema, sim
+from hornbill.api.routes.server import audit, benches, health, jobs, metrics, monitoring, recorder, reports, schema, sim
 from hornbill.api.routes.servos import faults, inventory, position_unit, servos, telemetry
 from hornbill.api.routing import Routes
 from hornbill.api.security.access import Access
@@ -141,6 +141,7 @@ def _parts(catalog: Catalog) -> list[Routes]:
         telemetry.routes,
         snapshots.routes,
         audit.routes,
+        benches.routes,
         lab.routes,
         tuning.routes,
         frequency_response.routes,

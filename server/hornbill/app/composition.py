@@ -51,12 +51,13 @@ def build(
     log: Callable[[str], None] = lambda _text: None,
     fast: bool = False,
     exposure: NetworkPolicy | None = None,
+    url: str | None = None,
 ) -> FastAPI:
     """Build the application, with a lifespan that opens and closes everything.
 
     `demo`: simulated servos and a temporary data folder. The servos are on the embedded bus unless `settings.bus` names
     another, which must not have real servos. `fast` disables the bit timing of the embedded bus. `exposure`: network
-    policy, by default that of `decide`, whose errors it raises.
+    policy, by default that of `decide`, whose errors it raises. `url`: address of the page, for other benches.
     """
     exposed = exposure or decide(settings, demo=demo)
     given = None if settings.token is None else settings.token.get_secret_value()
@@ -73,8 +74,11 @@ def build(
             folder = settings.data_dir
             if demo:
                 folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hornbill-demo-")))
+            bench_name = "demo" if demo else settings.bench
             utc = utc_of(asyncio.get_running_loop())
-            store = stack.enter_context(Store(folder if demo else settings.database or folder, wall=utc))
+            store = stack.enter_context(
+                Store(folder if demo else settings.database or folder, bench=bench_name, wall=utc)
+            )
             store.begin()
             access.open(store)
             stack.push_async_callback(access.close)
@@ -102,7 +106,7 @@ def build(
             )  # fmt: skip
             host = Host(
                 catalog, store, ports.open,
-                replace(_host_settings(settings, store), data_folder=folder, view_error=view_error),
+                replace(_host_settings(settings, store, url), data_folder=folder, view_error=view_error),
                 before_join=partial(_one_bus, chosen),
                 wall=utc,
             )  # fmt: skip
@@ -110,6 +114,8 @@ def build(
             stack.push_async_callback(bus_log.stop)  # after the host, so that the log contains its last frames
             stack.push_async_callback(host.close)
             app.state.host = host
+            reporting = asyncio.create_task(host.site.run())
+            stack.callback(reporting.cancel)
             app.state.recordings = recordings = FileFolder(folder / RECORDINGS_FOLDER, RECORDINGS)
             recordings.tidy()
             host.recorder.begin(partial(RecordingWriter.begin, recordings), before_s=settings.recording_before_s)
@@ -191,7 +197,7 @@ def _view_policy(policy: Policy) -> Callable[[HTTPConnection], bool]:
     return allowed
 
 
-def _host_settings(settings: Settings, store: Store) -> HostSettings:
+def _host_settings(settings: Settings, store: Store, url: str | None) -> HostSettings:
     return HostSettings(
         settings.node_id,
         store.settings.own_unique_id(),
@@ -201,6 +207,7 @@ def _host_settings(settings: Settings, store: Store) -> HostSettings:
         settings.poll_budget_pct / 100,
         settings.telemetry_minutes,
         in_a_process,
+        url=url,
     )
 
 

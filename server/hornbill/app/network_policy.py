@@ -76,7 +76,7 @@ def decide(
         raise _refused(_refusal(settings) + "set a token with --token TOKEN or HORNBILL_TOKEN.")
     first: str | None = None
     if has_tokens is None:
-        with Store(settings.database or settings.data_dir) as store:
+        with Store(settings.database or settings.data_dir, bench=settings.bench) as store:
             has_tokens = bool(store.tokens.all())
             if not has_tokens and contained:
                 _, first = store.tokens.add(FIRST, "admin")

@@ -71,6 +71,13 @@ def listen(host: str, port: int) -> socket.socket:
     return made
 
 
+def url_of(listening: socket.socket, scheme: str, root_path: str = "") -> str:
+    """Address of the page for other computers: the host name if the socket listens on all addresses."""
+    host, port = listening.getsockname()[:2]
+    host = socket.gethostname() if host in ("0.0.0.0", "::") else host
+    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}{root_path}/"
+
+
 async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tuple[Path, Path] | None = None) -> None:
     """Serve until interrupted. `announce` is printed once the server is ready, with the address in place of {url}.
 

@@ -50,6 +50,14 @@ class Settings(BaseSettings):
         repr=False,
         description="Database URL, in place of a file in the data folder. May contain a password.",
     )
+    bench: str | None = Field(
+        default=None,
+        min_length=1,
+        max_length=64,
+        pattern=r"^[^\s\x00-\x1f\x7f]([^\x00-\x1f\x7f]*[^\s\x00-\x1f\x7f])?$",
+        description="Name of this bench in a shared database. Default: the only bench in the data folder, otherwise "
+        "the host name.",
+    )
     node_id: int = Field(
         default=127, ge=1, le=127, description="Node ID of hornbill. 126 and 127 are reserved for tools."
     )

@@ -81,6 +81,7 @@ COMMANDS: Final[dict[str, dict[str, Callable[..., Any] | typer.Typer]]] = {
     "Records": {
         "jobs": jobs.app,
         "inventory": records.inventory,
+        "site": records.site,
         "audit": records.audit,
         "recordings": records.recordings,
     },

@@ -220,6 +220,8 @@ class AuditRow(TypedDict):
     """Seconds since 1970 UTC."""
     before: Any
     """Value before. Null if none."""
+    bench: str | None
+    """Bench on which it happened. Null if unknown."""
     by: str
     """Client that did it."""
     detail: str
@@ -1160,6 +1162,10 @@ class JobStep(TypedDict):
 class KnownServo(TypedDict):
     """A known servo, on the bus or not."""
 
+    bench: str | None
+    """Bench where it was last seen. Null if unknown."""
+    bench_seen_at: float | None
+    """When it was last seen there, seconds since 1970 UTC. Null if unknown."""
     drift: list[str]
     """Keys of rows whose ROM value changed unexpectedly."""
     firmware: str | None
@@ -2727,6 +2733,45 @@ class SimTruth(TypedDict):
     """Unique ID, 32 lower-case hex digits."""
 
 
+class SiteBench(TypedDict):
+    """A bench of the site. Without contact its last known condition."""
+
+    bus: str | None
+    """Address of its bus. Null without one."""
+    bus_load_pct: float | None
+    """Bus load, %. Null without a bus."""
+    bus_state: str
+    """State of its bus, as in `GET /bus`."""
+    faults: int
+    """Number of its online servos with a warning or failure."""
+    holder: str | None
+    """Holders of motion control, separated by commas. Null if free."""
+    host: str
+    """Name of the computer of its server."""
+    is_this: bool
+    """The bench of this server."""
+    last_contact: float
+    """Last contact, seconds since 1970 UTC."""
+    name: str
+    """Name of the bench."""
+    role: ConnectionRoleName | None
+    """Connection role. Null without a bus."""
+    servos_online: int
+    """Number of servos on its bus."""
+    servos_total: int
+    """Number of servos in the inventory that were last there."""
+    since: float | None
+    """Start of its server, seconds since 1970 UTC. Null if unknown."""
+    state: SiteBenchState
+    """State of its server."""
+    torque_stopped: bool
+    """Stop is latched."""
+    url: str | None
+    """Address of its page. Null if unknown."""
+    version: str
+    """Version of hornbill."""
+
+
 class Snapshot(TypedDict):
     """Values of a servo at one time."""
 
@@ -3349,6 +3394,7 @@ EventCode: TypeAlias = Literal[
     "log_full",
     "log_failed",
     "store_failed",
+    "bench_taken",
 ]
 EvidenceCode: TypeAlias = Literal[
     "problem",
@@ -3665,6 +3711,7 @@ RefusalCode: TypeAlias = Literal["table_failed", "pinned_id_in_use", "all_taken"
 SimPower: TypeAlias = Literal["off", "on"]
 SimSpeed: TypeAlias = Literal["max"] | float
 SimValue: TypeAlias = bool | int | float | str | None
+SiteBenchState: TypeAlias = Literal["online", "no_contact", "stopped"]
 StepCode: TypeAlias = Literal[
     "check",
     "snapshot",

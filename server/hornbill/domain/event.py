@@ -74,6 +74,7 @@ EventCode = TypeAliasType(
         "log_full",
         "log_failed",
         "store_failed",
+        "bench_taken",
     ],
 )
 """Code of an event. With its `params` a page words it in its language."""

@@ -8,6 +8,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from hornbill.domain.bench import BenchStatus
 from hornbill.domain.note import Note
 from hornbill.domain.servo import PositionUnit
 from hornbill.errors import BusDisconnected, BusReadOnly, PortError
@@ -93,6 +94,7 @@ from hornbill.servo.runtime.leases import Leases
 from hornbill.servo.runtime.loop_lag import LoopLag
 from hornbill.servo.runtime.stored_roles import StoredRoles
 from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.servo.site import Site
 from hornbill.servo.torque_off.retries import TorqueOffRetries
 from hornbill.servo.torque_off.stop import StopControl
 from hornbill.servo.torque_off.stored import StoredTorqueOff
@@ -101,7 +103,7 @@ from hornbill.store.servos import StoredServo
 from hornbill.store.store import Store
 from hornbill.units import Instant, Raw, Uid
 from hornbill.wire.messages import ArrayCommand
-from hornbill.wire.port import REPLAYS, CanPort, same_device
+from hornbill.wire.port import NO_PORT, REPLAYS, CanPort, same_device
 from hornbill.wire.services import SoftwareVersion
 
 log = logging.getLogger(__name__)
@@ -138,6 +140,7 @@ class HostSettings:
     `poll_budget`: share of the bus available to polling, 0 to 1. `telemetry_minutes`: retention per channel.
     `compute` runs long computations. `data_folder`: folder whose disk is watched. `view_error` returns why the 3D
     view does not run, None if it does; without it the view is disabled.
+    `url`: address of its page, None if unknown.
     """
 
     node_id: int
@@ -150,6 +153,7 @@ class HostSettings:
     compute: Compute = inline
     data_folder: Path | None = None
     view_error: Callable[[], str | None] | None = None
+    url: str | None = None
 
 
 async def _nothing(_address: str) -> None:
@@ -206,6 +210,8 @@ class Host:
         """
         self.catalog = catalog
         self.store = store
+        self.bench = store.bench
+        """Name of this bench."""
         self.base = TimeBase(asyncio.get_running_loop().time, wall)
         self.started_at = self.base.now()
         self.roles = StoredRoles(store.settings)
@@ -320,6 +326,8 @@ class Host:
             builder=RecordingBuilder(self.base, catalog, self.telemetry, settings.node_id),
         )  # fmt: skip
         """Flight recorder. Records after `begin`."""
+        self.site = Site(settings.url, store, self.hub, self.base, self.status)
+        store.on_changed(self._on_shared_changed)
         self._switching = asyncio.Lock()
         self._ticker = asyncio.get_running_loop().create_task(self._tick())
 
@@ -327,6 +335,23 @@ class Host:
     def role(self) -> ConnectionRole:
         """Role on the connected bus; host without one."""
         return ConnectionRole.HOST if self.connection is None else self.connection.role
+
+    def status(self) -> BenchStatus:
+        """Condition of this bench, for the other benches of its database."""
+        connection, online = self.connection, [one for one in self.fleet.seen() if one.online]
+        port = NO_PORT if connection is None else connection.port
+        holders = [lease.holder for lease in self.leases.valid(self.base.now())]
+        return BenchStatus(
+            bus=port.address or None,
+            bus_state=port.state.value,
+            role=None if connection is None else connection.role.value,
+            servos_online=len(online),
+            servos_total=sum(one.bench in (None, self.bench) for one in self.store.servos.all()),
+            faults=sum(bool(one.raw("fault_warning") or one.raw("fault_failure")) for one in online),
+            bus_load_pct=None if connection is None else round(connection.load_pct, 2),
+            holder=", ".join(holders) or None,
+            torque_stopped=self.stop.latched,
+        )
 
     async def connect(
         self, address: str, bitrate: int, role: ConnectionRole | None = ConnectionRole.HOST
@@ -541,6 +566,13 @@ class Host:
         """Listen again before allocating, because other nodes may have joined while the bus was lost."""
         if self.connection is not None:
             self.connection.allocator.listening_since = self.connection.participant.clock()
+
+    def _on_shared_changed(self, table: str) -> None:
+        """Show what another bench changed."""
+        if table == "servos":
+            self.fleet.refresh_stored()
+        elif table == "faults":
+            self.faults.refresh_stored()
 
     def _note_event(self, change: Change) -> None:
         if isinstance(change, LogEvent):

@@ -30,21 +30,22 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
         super().__init__(database, wall, AllocationRow, AllocationEntry)
+        self._mine = AllocationRow.bench == database.bench
 
     def rows(self) -> list[AllocationEntry]:
         """All rows, by node ID."""
-        return self._facts(select(AllocationRow).order_by(AllocationRow.node_id))
+        return self._facts(select(AllocationRow).where(self._mine).order_by(AllocationRow.node_id))
 
     def entries(self) -> dict[Uid, NodeId]:
         """Node IDs by unique ID."""
         with self._database.reading() as session:
-            found = session.execute(select(AllocationRow.uid, AllocationRow.node_id))
+            found = session.execute(select(AllocationRow.uid, AllocationRow.node_id).where(self._mine))
             return {Uid(uid): NodeId(node_id) for uid, node_id in found}
 
     def pinned(self, uid: Uid) -> bool:
         """Whether a user pinned this node's ID."""
         with self._database.reading() as session:
-            return bool(session.scalar(select(AllocationRow.pinned).where(AllocationRow.uid == uid)))
+            return bool(session.scalar(select(AllocationRow.pinned).where(self._mine, AllocationRow.uid == uid)))
 
     def record(self, uid: Uid, node_id: NodeId) -> None:
         """Record an allocation. A pin of the same ID stays; a pin of another ID ends.
@@ -53,10 +54,19 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
         """
         now = self._wall()
         with self._database.transaction() as session:
-            self._check_free(session.scalar(_owner(node_id)), uid, node_id)
-            row = session.get(AllocationRow, uid)
+            self._check_free(session.scalar(self._owner(node_id)), uid, node_id)
+            row = session.get(AllocationRow, self._identity(uid))
             if row is None:
-                session.add(AllocationRow(uid=uid, node_id=node_id, pinned=False, first_seen=now, last_seen=now))
+                session.add(
+                    AllocationRow(
+                        bench=self._database.bench,
+                        uid=uid,
+                        node_id=node_id,
+                        pinned=False,
+                        first_seen=now,
+                        last_seen=now,
+                    )
+                )
                 return
             row.pinned = row.pinned and row.node_id == node_id
             row.node_id = node_id
@@ -67,7 +77,9 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
         """Record that these nodes are online now. Nodes without a row are ignored."""
         if uids:
             with self._database.transaction() as session:
-                session.execute(update(AllocationRow).where(AllocationRow.uid.in_(uids)).values(last_seen=self._wall()))
+                session.execute(
+                    update(AllocationRow).where(self._mine, AllocationRow.uid.in_(uids)).values(last_seen=self._wall())
+                )
 
     def idle(self, longer_than_s: float) -> list[Uid]:
         """Unpinned nodes not seen for more than `longer_than_s`, longest unseen first."""
@@ -75,7 +87,7 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
         with self._database.reading() as session:
             found = session.scalars(
                 select(AllocationRow.uid)
-                .where(AllocationRow.pinned.is_(False), AllocationRow.last_seen < before)
+                .where(self._mine, AllocationRow.pinned.is_(False), AllocationRow.last_seen < before)
                 .order_by(AllocationRow.last_seen)
             )
             return [Uid(uid) for uid in found]
@@ -95,10 +107,19 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
                 cause="node_id_out_of_range",
             )
         with self._database.transaction() as session:
-            self._check_free(session.scalar(_owner(node_id)), uid, node_id)
-            row = session.get(AllocationRow, uid)
+            self._check_free(session.scalar(self._owner(node_id)), uid, node_id)
+            row = session.get(AllocationRow, self._identity(uid))
             if row is None:
-                session.add(AllocationRow(uid=uid, node_id=node_id, pinned=True, first_seen=None, last_seen=None))
+                session.add(
+                    AllocationRow(
+                        bench=self._database.bench,
+                        uid=uid,
+                        node_id=node_id,
+                        pinned=True,
+                        first_seen=None,
+                        last_seen=None,
+                    )
+                )
             else:
                 row.node_id, row.pinned = node_id, True
 
@@ -120,6 +141,5 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
             cause="allocation_not_found",
         )
 
-
-def _owner(node_id: NodeId) -> Select[str]:
-    return select(AllocationRow.uid).where(AllocationRow.node_id == node_id)
+    def _owner(self, node_id: NodeId) -> Select[str]:
+        return select(AllocationRow.uid).where(self._mine, AllocationRow.node_id == node_id)

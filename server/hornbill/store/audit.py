@@ -39,11 +39,12 @@ class NewAuditEntry:
 
 @dataclass(frozen=True, slots=True)
 class AuditEntry:
-    """A stored entry with its ID and its time, seconds since 1970 UTC."""
+    """A stored entry with its ID, its time (seconds since 1970 UTC) and the bench that wrote it."""
 
     id: int
     at: float
     entry: NewAuditEntry
+    bench: str | None = None
 
 
 _ADD: Final = insert(AuditRecord)
@@ -65,7 +66,7 @@ class AuditLog:
                 "at": now, "by": one.by[:80], "action": one.action, "outcome": one.outcome, "uid": one.uid,
                 "key": None if one.key is None else one.key[:100],
                 "before": one.before, "requested": one.requested, "after": one.after,
-                "notes": [_stored(note) for note in one.notes], "job": one.job,
+                "notes": [_stored(note) for note in one.notes], "job": one.job, "bench": self._database.bench,
             }
             for one in entries
         ]  # fmt: skip
@@ -104,7 +105,7 @@ def _entry(row: AuditRecord) -> AuditEntry:
         row.by, row.action, row.outcome, None if row.uid is None else Uid(row.uid), row.key, row.before,
         row.requested, row.after, tuple(Note(**note) for note in row.notes), row.job,
     )  # fmt: skip
-    return AuditEntry(row.id, row.at, entry)
+    return AuditEntry(row.id, row.at, entry, row.bench)
 
 
 def _stored(note: Note) -> dict[str, Json]:

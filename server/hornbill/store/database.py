@@ -1,6 +1,7 @@
 """Database engine, exclusive writing, and atomic transactions."""
 
 import logging
+import platform
 import sqlite3
 import time
 from collections.abc import Generator
@@ -8,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
-from sqlalchemy.exc import OperationalError, SQLAlchemyError
+from sqlalchemy import URL, Connection, Engine, create_engine, event, inspect, make_url, select, text, update
+from sqlalchemy.exc import DataError, IntegrityError, OperationalError, ProgrammingError, SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from hornbill.errors import StoreFailed
@@ -17,6 +18,7 @@ from hornbill.store import opening
 from hornbill.store.copies import copy_before_migration
 from hornbill.store.data_folder import FILE_NAME, create_private, prepare
 from hornbill.store.migrate import NEWEST, UnknownRevision, migrate
+from hornbill.store.tables import SHARED, BenchRow, RevisionRow
 
 log = logging.getLogger(__name__)
 
@@ -54,26 +56,36 @@ class Database:
     millisecond per call; a database server takes three to five round trips per transaction.
     """
 
-    def __init__(self, place: str | Path) -> None:
-        """Open or create. `place`: a folder, or a database URL of SQLAlchemy. Raises StoreFailed."""
+    def __init__(self, place: str | Path, bench: str | None = None) -> None:
+        """Open or create. `place`: a folder, or a database URL of SQLAlchemy. Raises StoreFailed.
+
+        `bench`: name of the bench. Default: the only bench in a file, because the name of a computer may change;
+        otherwise the host name.
+        """
         self._engine: Engine | None
         self._engine = engine = engine_of(place)
         self.address = engine.url.render_as_string(hide_password=True)
-        self._is_file = engine.url.get_backend_name() == "sqlite"
+        self.is_file = engine.url.get_backend_name() == "sqlite"
         self._lock_timeout_s = OPEN_TIMEOUT_S
         self._backoff_until = 0.0
         self._copy: Path | None = None
-        if self._is_file:
+        if self.is_file:
             event.listen(engine, "connect", _prepare_sqlite)
             event.listen(engine, "begin", self._begin_sqlite)
         elif engine.url.get_backend_name() == "postgresql":
             event.listen(engine, "begin", self._begin_postgresql)
+        self.known: dict[str, int] = {}
+        """Revisions of shared tables up to which all changes are ours or were read."""
+        event.listen(engine, "after_execute", self._count)
+        event.listen(engine, "rollback", self._uncount)
         try:
             file = engine.url.database
-            if self._is_file and file and Path(file).parent.is_dir():
+            if self.is_file and file and Path(file).parent.is_dir():
                 create_private(Path(file))
             with engine.begin() as connection:
-                migrate(connection, before=self._before_migration)
+                self.bench = bench or self._only_bench(connection) or platform.node()[:64] or "bench"
+                """Name of the bench whose rows are used."""
+                migrate(connection, self.bench, before=self._before_migration)
         except UnknownRevision as error:
             self.close()
             raise opening.newer(self.address, str(error)) from None
@@ -81,7 +93,7 @@ class Database:
             self.close()
             if self._copy is not None:  # the database is unchanged
                 self._copy.unlink(missing_ok=True)
-            raise opening.failed(self.address, error, is_file=self._is_file) from error
+            raise opening.failed(self.address, error, is_file=self.is_file) from error
         self._lock_timeout_s = LOCK_TIMEOUT_S
 
     @contextmanager
@@ -105,6 +117,36 @@ class Database:
         with self._usable() as engine, engine.begin() as connection:
             yield connection
 
+    def now(self, session: Session, wall: float) -> float:
+        """Time by which benches compare their contacts, seconds since 1970 UTC: that of the database server, because
+        the clocks of computers differ; of a file, `wall`."""
+        if self.is_file:
+            return wall
+        return float(session.scalar(text("SELECT EXTRACT(EPOCH FROM clock_timestamp())")))
+
+    def _only_bench(self, connection: Connection) -> str | None:
+        if not self.is_file or not inspect(connection).has_table("benches"):
+            return None
+        names = connection.scalars(select(BenchRow.name).limit(2)).all()
+        return names[0] if len(names) == 1 else None
+
+    def _count(self, connection: Connection, clause: Any, *_more: Any) -> None:
+        """Count a change of a shared table, once per transaction."""
+        name = getattr(getattr(clause, "table", None), "name", None) if getattr(clause, "is_dml", False) else None
+        counted: set[str] = connection.info.setdefault("counted", set())
+        if name not in SHARED or name in counted:
+            return
+        counted.add(name)
+        row = RevisionRow.name == name
+        connection.execute(update(RevisionRow).where(row).values(revision=RevisionRow.revision + 1))
+        revision = connection.scalar(select(RevisionRow.revision).where(row))
+        if revision is not None and self.known.get(name) == revision - 1:
+            self.known[name] = revision
+
+    def _uncount(self, connection: Connection) -> None:
+        for name in connection.info.pop("counted", ()):
+            self.known.pop(name, None)
+
     @contextmanager
     def _session(self, **options: bool) -> Generator[Session]:
         with self._usable() as engine, Session(engine) as session, session.begin():
@@ -116,16 +158,19 @@ class Database:
         """The engine, with errors translated. Raises StoreFailed, and RuntimeError if the database is closed."""
         if self._engine is None:
             raise RuntimeError("the store is closed")
-        if self._backing_off and not self._is_file:
+        if self._backing_off and not self.is_file:
             raise StoreFailed(
                 f"{self.address} did not respond recently. Try again in {BACKOFF_S:.0f} s.", cause="store_timeout"
             )
         try:
             yield self._engine
         except SQLAlchemyError as error:
+            if isinstance(error, IntegrityError | DataError | ProgrammingError):
+                reason = str(getattr(error, "orig", None) or error).strip().rstrip(".")
+                raise StoreFailed(f"{self.address} rejected data: {reason}.", cause="store_rejected") from error
             if isinstance(error, OperationalError):
                 self._backoff_until = time.monotonic() + BACKOFF_S
-            raise opening.failed(self.address, error, is_file=self._is_file) from error
+            raise opening.failed(self.address, error, is_file=self.is_file) from error
 
     def close(self) -> None:
         """Close all connections. Idempotent."""
@@ -139,7 +184,7 @@ class Database:
 
     def _before_migration(self, revision: str) -> None:
         """Copy a file before its tables change, and report both. A database server has copies of its own."""
-        file = self._engine.url.database if self._engine is not None and self._is_file else None
+        file = self._engine.url.database if self._engine is not None and self.is_file else None
         kept = ""
         if file and Path(file).is_file():
             self._copy = copy_before_migration(Path(file), revision)
@@ -147,11 +192,13 @@ class Database:
         log.warning("Migrating %s from tables %s to %s.%s", self.address, revision, NEWEST, kept)
 
     def _begin_sqlite(self, connection: Connection) -> None:
+        connection.info.pop("counted", None)
         lock_timeout_s = 0.0 if self._backing_off else self._lock_timeout_s
         connection.exec_driver_sql(f"PRAGMA busy_timeout = {lock_timeout_s * 1000:.0f}")
         connection.exec_driver_sql("BEGIN" if _READS in connection.get_execution_options() else "BEGIN IMMEDIATE")
 
     def _begin_postgresql(self, connection: Connection) -> None:
+        connection.info.pop("counted", None)
         timeout_s = 0 if self._lock_timeout_s == OPEN_TIMEOUT_S else SERVER_TIMEOUT_S  # a migration has no timeout
         if _READS in connection.get_execution_options():
             connection.exec_driver_sql(f"SET LOCAL statement_timeout = '{timeout_s}s'")

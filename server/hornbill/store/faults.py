@@ -92,7 +92,7 @@ class FaultLog(Repository[FaultRow, FaultEntry]):
         known = {key: self._fact(row) for key, row in rows.items()}
         changed = change(known)
         for entry in changed.values():
-            session.merge(FaultRow(**asdict(entry)))
+            session.merge(FaultRow(**asdict(entry), bench=self._database.bench))
         return known | changed
 
 

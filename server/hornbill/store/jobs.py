@@ -39,15 +39,24 @@ class StoredJobs(Repository[JobRow, StoredJob]):
 
     def all(self) -> list[StoredJob]:
         """All jobs, oldest first."""
-        return self._facts(select(JobRow).order_by(JobRow.created_at, JobRow.id))
+        return self._facts(
+            select(JobRow).where(JobRow.bench == self._database.bench).order_by(JobRow.created_at, JobRow.id)
+        )
 
     def put(self, job: StoredJob) -> None:
         """Store the present state of a job."""
         with self._database.transaction() as session:
             row = session.get(JobRow, job.id)
             if row is None:
-                self._prune(session, MAX_ROWS, JobRow.created_at, JobRow.ended_at.is_not(None))
+                self._prune(
+                    session,
+                    MAX_ROWS,
+                    JobRow.created_at,
+                    JobRow.ended_at.is_not(None),
+                    JobRow.bench == self._database.bench,
+                )
                 row = JobRow(id=job.id, kind=job.kind, uid=job.uid, created_at=job.created_at)
+                row.bench = self._database.bench
                 session.add(row)
             row.state, row.ended_at = job.state, job.ended_at
             row.request = None if job.request is None else dict(job.request)

@@ -4,14 +4,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from sqlalchemy import Connection, inspect, text
+from sqlalchemy import Connection, insert, inspect, text
 
-from hornbill.store.tables import Table
+from hornbill.store.tables import SHARED, RevisionRow, Table
 
 if TYPE_CHECKING:
     from alembic.config import Config
 
-NEWEST: Final = "0010"
+NEWEST: Final = "0011"
 """The last revision in migrations/versions."""
 
 _FOLDER: Final = Path(__file__).resolve().parent / "migrations"
@@ -21,11 +21,11 @@ class UnknownRevision(Exception):
     """The database was written by a newer hornbill."""
 
 
-def migrate(connection: Connection, before: Callable[[str], None] = lambda _revision: None) -> None:
+def migrate(connection: Connection, bench: str, before: Callable[[str], None] = lambda _revision: None) -> None:
     """Create the tables in a new database, or run missing migrations, inside the caller's transaction.
 
-    `before` is called with the revision found if there are migrations to run. Raises UnknownRevision if it is newer
-    than this program.
+    `bench` gets the rows of a database from before there were several. `before` is called with the revision found if
+    there are migrations to run. Raises UnknownRevision if it is newer than this program.
     """
     if not inspect(connection).has_table("alembic_version"):
         _create(connection)
@@ -37,7 +37,7 @@ def migrate(connection: Connection, before: Callable[[str], None] = lambda _revi
     from alembic import command
 
     before(found or "none")
-    config.attributes["connection"] = connection
+    config.attributes["connection"], config.attributes["bench"] = connection, bench
     command.upgrade(config, "head")
 
 
@@ -74,4 +74,5 @@ def _create(connection: Connection) -> None:
             " CONSTRAINT alembic_version_pkc PRIMARY KEY (version_num))"
         )
     )
+    connection.execute(insert(RevisionRow), [{"name": name, "revision": 0} for name in SHARED])
     connection.execute(text("INSERT INTO alembic_version VALUES (:newest)"), {"newest": NEWEST})

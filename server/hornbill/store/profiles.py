@@ -13,12 +13,16 @@ from hornbill.store.tables import Json, ProfileRow
 
 @dataclass(frozen=True, slots=True)
 class StoredProfile:
-    """One profile. Instants: seconds since 1970 UTC. The servo layer interprets `document`."""
+    """One profile. Instants: seconds since 1970 UTC. The servo layer interprets `document`.
+
+    `bench`: where it was last changed.
+    """
 
     name: str
     document: Mapping[str, Json]
     created_at: float
     updated_at: float
+    bench: str | None = None
 
 
 class ProfileTable(Repository[ProfileRow, StoredProfile]):
@@ -42,6 +46,7 @@ class ProfileTable(Repository[ProfileRow, StoredProfile]):
                 session.add(row)
             else:
                 row.document, row.updated_at = dict(document), now
+            row.bench = self._database.bench
             return self._fact(row)
 
     def _unknown(self, key: str) -> Unknown:

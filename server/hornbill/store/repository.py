@@ -30,7 +30,9 @@ class Repository(Generic[R, F]):
         self._database = database
         self._wall = wall
         self._table = row
-        self._key = inspect(row).primary_key[0]
+        keys = inspect(row).primary_key
+        self._key = keys[-1]
+        self._own = len(keys) == 2 and keys[0].name == "bench"
         self._make = fact
         self._values = attrgetter(*(one.name for one in fields(fact)))  # pyright: ignore[reportArgumentType]
 
@@ -51,10 +53,14 @@ class Repository(Generic[R, F]):
     def _row(self, session: Session, key: Any) -> R:
         """The row with this key. Raises Unknown."""
         in_range = not isinstance(key, int) or 0 < key <= HIGHEST_ID
-        row = session.get(self._table, key) if in_range else None
+        row = session.get(self._table, self._identity(key)) if in_range else None
         if row is None:
             raise self._unknown(key)
         return row
+
+    def _identity(self, key: Any) -> Any:
+        """Primary key of a row: rows of a bench have its name, too."""
+        return (self._database.bench, key) if self._own else key
 
     def _facts(self, query: Select[R]) -> list[F]:
         with self._database.reading() as session:

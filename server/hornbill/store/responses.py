@@ -56,7 +56,7 @@ class Responses:
         """Store a key for a request, both by digest. None: carry it out. Otherwise it was begun before."""
         now = self._wall()
         with self._database.transaction() as session:
-            row = session.get(ResponseRow, key)
+            row = session.get(ResponseRow, (self._database.bench, key))
             if row is not None:
                 response = None
                 if row.status is not None:
@@ -65,12 +65,12 @@ class Responses:
             if self._tidied_at is None or not 0 <= now - self._tidied_at < TIDY_S:
                 session.execute(delete(ResponseRow).where(ResponseRow.at < now - RETAIN_S))
                 self._tidied_at = now
-            session.add(ResponseRow(id=key, request=request, process=self._process, at=now))
+            session.add(ResponseRow(bench=self._database.bench, id=key, request=request, process=self._process, at=now))
         return None
 
     def end(self, key: str, response: StoredResponse) -> None:
         """Store the response of the request with this key."""
         with self._database.transaction() as session:
-            row = session.get(ResponseRow, key)
+            row = session.get(ResponseRow, (self._database.bench, key))
             if row is not None:
                 row.status, row.headers, row.body = response.status, response.headers, response.body

@@ -20,7 +20,7 @@ RunKind: TypeAlias = Literal["step", "frequency_response", "mechanics", "improve
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One run. `at`: seconds since 1970 UTC. The lab layer interprets `document`."""
+    """One run. `at`: seconds since 1970 UTC. The lab layer interprets `document`. `bench`: where it was made."""
 
     id: int
     uid: Uid
@@ -28,6 +28,7 @@ class Run:
     note: str
     document: Mapping[str, Json]
     kind: RunKind = "step"
+    bench: str | None = None
 
 
 class Runs(Repository[RunRow, Run]):
@@ -40,6 +41,7 @@ class Runs(Repository[RunRow, Run]):
         """Store a run. Deletes the servo's oldest runs of this kind beyond `MAX_ROWS`."""
         with self._database.transaction() as session:
             row = RunRow(uid=uid, at=self._wall(), note=note[:200], document=dict(document), kind=kind)
+            row.bench = self._database.bench
             session.add(row)
             session.flush()
             self._prune(session, MAX_ROWS, RunRow.id, RunRow.uid == uid, RunRow.kind == kind)

@@ -34,7 +34,7 @@ class ServoFacts:
 @dataclass(frozen=True, slots=True)
 class StoredServo:
     """One servo. Instants: seconds since 1970 UTC. `rom`: last known ROM values, raw by key. `notes`: users' notes.
-    `set_up`: as in `domain.set_up`, stated values only.
+    `set_up`: as in `domain.set_up`, stated values only. `bench`: where it was last seen.
 
     `drift`: previous ROM values, by key, of rows that may have changed: another value was found that we did not save,
     or (if `rom` has the same value) the row has not been read yet after a start.
@@ -49,6 +49,7 @@ class StoredServo:
     drift: Mapping[str, int] = field(default_factory=dict[str, int])
     notes: str = ""
     set_up: Mapping[str, Json] = field(default_factory=dict[str, Json])
+    bench: str | None = None
 
     @property
     def serial_text(self) -> str | None:
@@ -87,7 +88,7 @@ class Servos:
         with self._database.transaction() as session:
             row = _row(session, uid)
             row.first_seen = row.first_seen or now
-            row.last_seen = now
+            row.last_seen, row.bench = now, self._database.bench
             for fact, value in asdict(facts or ServoFacts()).items():
                 if value is not None:
                     setattr(row, fact, value)
@@ -158,4 +159,5 @@ def _stored(row: ServoRow) -> StoredServo:
         dict(row.drift or {}),
         row.notes or "",
         dict(row.set_up or {}),
+        row.bench,
     )

@@ -20,7 +20,10 @@ PRUNE_EVERY = 20
 
 @dataclass(frozen=True, slots=True)
 class StoredSnapshot:
-    """One snapshot. `at`: seconds since 1970 UTC. `ram` and `rom`: raw by key. `firmware`: raw value of 0x52."""
+    """One snapshot. `at`: seconds since 1970 UTC. `ram` and `rom`: raw by key. `firmware`: raw value of 0x52.
+
+    `bench`: where it was taken.
+    """
 
     id: int
     uid: Uid
@@ -35,6 +38,7 @@ class StoredSnapshot:
     rom: Mapping[str, int]
     reason_code: str | None = None
     reason_params: Mapping[str, Json] = field(default_factory=dict[str, "Json"])
+    bench: str | None = None
 
 
 _ADD: Final = insert(SnapshotRow)
@@ -75,7 +79,7 @@ class Snapshots(Repository[SnapshotRow, StoredSnapshot]):
         """
         made = StoredSnapshot(
             0, uid, self._wall(), reason[:200], by[:80], automatic, model, firmware, schema_revision,
-            dict(ram), dict(rom), reason_code, dict(reason_params or {}),
+            dict(ram), dict(rom), reason_code, dict(reason_params or {}), self._database.bench,
         )  # fmt: skip
         with self._database.writing() as connection:
             newest = connection.execute(_NEWEST, {"whose": uid}).first() if unless_same else None

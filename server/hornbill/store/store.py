@@ -1,17 +1,20 @@
 """The database of an installation, with access to all its subjects."""
 
 import asyncio
+import contextlib
 import time
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Final, ParamSpec, Self, TypeVar, cast
+from typing import Any, Final, ParamSpec, Self, TypeVar, cast
 
-from sqlalchemy import insert, select
+from sqlalchemy import delete, insert, select
+from sqlalchemy.orm import Session
 
 from hornbill.errors import StoreFailed
 from hornbill.store.allocations import AllocationStore
 from hornbill.store.audit import AuditLog
+from hornbill.store.benches import Benches
 from hornbill.store.database import Database
 from hornbill.store.faults import FaultLog
 from hornbill.store.jobs import StoredJobs
@@ -21,12 +24,15 @@ from hornbill.store.runs import Runs
 from hornbill.store.servos import Servos
 from hornbill.store.settings import SettingTable
 from hornbill.store.snapshots import Snapshots
-from hornbill.store.tables import AllocationRow, FaultRow, ProfileRow, ServoRow, SettingRow
+from hornbill.store.tables import AllocationRow, FaultRow, ProfileRow, RevisionRow, ServoRow, SettingRow, Table
 from hornbill.store.tokens import Tokens
 from hornbill.store.write_behind import ChangeMethod, WriteBehind, Writer
 
 P = ParamSpec("P")
 T = TypeVar("T")
+
+_SHARED: Final[dict[str, type[Table]]] = {"servos": ServoRow, "profiles": ProfileRow, "faults": FaultRow}
+"""Tables in memory that other benches may change."""
 
 _SMALL: Final = (AllocationRow, FaultRow, ProfileRow, ServoRow, SettingRow)
 """Tables that are entirely in memory while a server runs."""
@@ -39,12 +45,15 @@ class Store:
     written behind to the database in order. Large tables are read with `await run(…)`.
     """
 
-    def __init__(self, place: str | Path, *, wall: Callable[[], float] = time.time) -> None:
+    def __init__(self, place: str | Path, *, bench: str | None = None, wall: Callable[[], float] = time.time) -> None:
         """Open or create. `place`: a folder or a database URL. `wall` returns seconds since 1970 UTC.
 
+        `bench`: as in `Database`. Allocations, jobs, settings and responses are those of the bench; all else is shared.
         Raises StoreFailed if it cannot be opened, is damaged, or was written by a newer hornbill.
         """
-        self._database = Database(place)
+        self._database = Database(place, bench)
+        self.bench = self._database.bench
+        """Name of the bench."""
         self._memory: Database | None = None
         self._wall = wall
         self._writer: Writer | None = None
@@ -65,17 +74,24 @@ class Store:
         self.settings = SettingTable(self._database)
         self.tokens = Tokens(self._database, now)
         self.responses = Responses(self._database, now)
+        self.benches = Benches(self._database, wall)
+        self._on_changed: list[Callable[[str], object]] = []
 
     def begin(self) -> None:
-        """Switch to write-behind, so that the event loop never waits. Call it before any other use of this store."""
+        """Switch to write-behind, so that the event loop never waits. Call it before any other use of this store.
+
+        Raises StoreFailed (bench_in_use) if another server works for this bench.
+        """
+        self.benches.claim()
         self.settings.own_unique_id()  # before the copy to memory, which would generate one that is not stored
         self._writer = Writer(self._wall, self._done)
-        self._memory = memory = Database("sqlite://")
+        self._memory = memory = Database("sqlite://", self.bench)
         with self._database.reading() as database, memory.transaction() as session:
             for table in _SMALL:
                 rows = [dict(row) for row in database.execute(select(table.__table__)).mappings()]
                 if rows:
                     session.execute(insert(table), rows)
+            self._database.known = _revisions(database)
         now = self._now
         self.allocations = self._behind(
             self.allocations, AllocationStore(memory, now), "record", "seen", "pin", "drop"
@@ -113,6 +129,62 @@ class Store:
             return call(*args, **options)
         return await self._writer.run(lambda: call(*args, **options))
 
+    @property
+    def lost(self) -> int:
+        """Number of changes given up since the start."""
+        return 0 if self._writer is None else self._writer.lost
+
+    @property
+    def remote(self) -> bool:
+        """Whether the database is on a server, and changes can wait for it. A full disk cannot be waited for."""
+        return self._writer is not None and not self._database.is_file
+
+    def now(self) -> float:
+        """Seconds since 1970 UTC."""
+        return self._wall()
+
+    def later(self, call: Callable[P, object], *args: P.args, **options: P.kwargs) -> None:
+        """Submit a change to be written when the database works."""
+        assert self._writer is not None
+        self._writer.post(lambda: call(*args, **options))
+
+    def on_changed(self, listener: Callable[[str], object]) -> None:
+        """Call `listener` with the name of a shared table that another process changed, once it was re-read."""
+        self._on_changed.append(listener)
+
+    async def refresh(self) -> None:
+        """Re-read shared tables that other processes changed. Call once a second. Raises StoreFailed."""
+        if self._writer is None or self._memory is None:
+            return
+        behind = {ServoRow: self.servos, ProfileRow: self.profiles, FaultRow: self.faults}
+        before = {table: cast("WriteBehind", one).submitted for table, one in behind.items()}
+        revisions, rows = await self._writer.run(self._changed)
+        for name in rows:
+            table = _SHARED.get(name)
+            if table is not None:
+                if cast("WriteBehind", behind[table]).submitted != before[table]:
+                    continue  # changed here meanwhile: next time
+                with self._memory.transaction() as session:
+                    session.execute(delete(table))
+                    if rows[name]:
+                        session.execute(insert(table), rows[name])
+            self._database.known[name] = revisions[name]
+            for listener in self._on_changed:
+                listener(name)
+
+    def _changed(self) -> tuple[dict[str, int], dict[str, list[dict[str, Any]]]]:
+        """Revisions, and the rows of the tables whose revision is unknown; no rows of tables that are not in memory."""
+        with self._database.reading() as session:
+            revisions = _revisions(session)
+            changed = [name for name, revision in revisions.items() if self._database.known.get(name) != revision]
+            rows = {
+                name: [dict(row) for row in session.execute(select(_SHARED[name].__table__)).mappings()]
+                if name in _SHARED
+                else []
+                for name in changed
+            }
+        return revisions, rows
+
     def listen(self, listener: Callable[[Exception | None], object]) -> Callable[[], None]:
         """Call `listener` after each write to the database, with its error or None.
 
@@ -138,6 +210,8 @@ class Store:
         """Write all changes, then close the database. Later calls raise RuntimeError. Idempotent."""
         if self._writer is not None:
             self._writer.close()
+            with contextlib.suppress(StoreFailed, RuntimeError):
+                self.benches.release()
         if self._memory is not None:
             self._memory.close()
         self._database.close()
@@ -164,3 +238,8 @@ class Store:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _revisions(session: Session) -> dict[str, int]:
+    """Revision of each shared table."""
+    return {row.name: row.revision for row in session.scalars(select(RevisionRow))}

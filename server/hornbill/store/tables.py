@@ -5,7 +5,18 @@ Instants are float seconds since 1970 UTC everywhere in the database.
 
 from typing import Any, TypeAlias
 
-from sqlalchemy import JSON, BigInteger, Boolean, Float, Integer, LargeBinary, MetaData, String, TypeDecorator
+from sqlalchemy import (
+    JSON,
+    BigInteger,
+    Boolean,
+    Float,
+    Integer,
+    LargeBinary,
+    MetaData,
+    String,
+    TypeDecorator,
+    UniqueConstraint,
+)
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
@@ -47,12 +58,14 @@ class Table(DeclarativeBase):
 
 
 class AllocationRow(Table):
-    """Node ID allocated to a unique ID."""
+    """Node ID allocated to a unique ID on a bench."""
 
     __tablename__ = "allocations"
+    __table_args__ = (UniqueConstraint("bench", "node_id"),)
 
+    bench: Mapped[str] = mapped_column(Words(64), primary_key=True)
     uid: Mapped[str] = mapped_column(Words(32), primary_key=True)
-    node_id: Mapped[int] = mapped_column(Integer, unique=True)
+    node_id: Mapped[int] = mapped_column(Integer)
     pinned: Mapped[bool] = mapped_column(Boolean)
     first_seen: Mapped[float | None] = mapped_column(_INSTANT)
     last_seen: Mapped[float | None] = mapped_column(_INSTANT)
@@ -81,13 +94,15 @@ class ServoRow(Table):
     drift: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
     notes: Mapped[str | None] = mapped_column(Words())
     set_up: Mapped[dict[str, Json] | None] = mapped_column(JSON(none_as_null=True))
+    bench: Mapped[str | None] = mapped_column(Words(64))
 
 
 class SettingRow(Table):
-    """A setting, as JSON by name."""
+    """A setting of a bench, as JSON by name."""
 
     __tablename__ = "settings"
 
+    bench: Mapped[str] = mapped_column(Words(64), primary_key=True)
     key: Mapped[str] = mapped_column(Words(100), primary_key=True)
     value: Mapped[Json] = mapped_column(JSON, nullable=False)
 
@@ -111,6 +126,7 @@ class SnapshotRow(Table):
     rom: Mapped[dict[str, int]] = mapped_column(JSON)
     reason_code: Mapped[str | None] = mapped_column(Words(40))
     reason_params: Mapped[dict[str, Json] | None] = mapped_column(JSON)
+    bench: Mapped[str | None] = mapped_column(Words(64))
 
 
 class ProfileRow(Table):
@@ -122,6 +138,7 @@ class ProfileRow(Table):
     document: Mapped[dict[str, Json]] = mapped_column(JSON)
     created_at: Mapped[float] = mapped_column(_INSTANT)
     updated_at: Mapped[float] = mapped_column(_INSTANT)
+    bench: Mapped[str | None] = mapped_column(Words(64))
 
 
 class AuditRecord(Table):
@@ -143,6 +160,7 @@ class AuditRecord(Table):
     job: Mapped[str | None] = mapped_column(Words(40))
     notes: Mapped[Any] = mapped_column(JSON)
     """List of objects with `code`, `params` and `text`."""
+    bench: Mapped[str | None] = mapped_column(Words(64))
 
 
 class JobRow(Table):
@@ -158,6 +176,7 @@ class JobRow(Table):
     ended_at: Mapped[float | None] = mapped_column(_INSTANT)
     request: Mapped[dict[str, Json] | None] = mapped_column(JSON(none_as_null=True))
     document: Mapped[dict[str, Json]] = mapped_column(JSON)
+    bench: Mapped[str | None] = mapped_column(Words(64))
 
 
 class RunRow(Table):
@@ -172,6 +191,7 @@ class RunRow(Table):
     note: Mapped[str] = mapped_column(Words(200))
     document: Mapped[dict[str, Json]] = mapped_column(JSON)
     kind: Mapped[str] = mapped_column(Words(40), server_default="step")
+    bench: Mapped[str | None] = mapped_column(Words(64))
 
 
 class FaultRow(Table):
@@ -187,6 +207,7 @@ class FaultRow(Table):
     active: Mapped[bool] = mapped_column(Boolean)
     acknowledged_at: Mapped[float | None] = mapped_column(_INSTANT)
     acknowledged_by: Mapped[str | None] = mapped_column(Words(80))
+    bench: Mapped[str | None] = mapped_column(Words(64))
 
 
 class TokenRow(Table):
@@ -199,6 +220,7 @@ class TokenRow(Table):
     digest: Mapped[str] = mapped_column(Words(64), unique=True)
     created_at: Mapped[float] = mapped_column(_INSTANT)
     last_used_at: Mapped[float | None] = mapped_column(_INSTANT)
+    bench: Mapped[str | None] = mapped_column(Words(64))
 
 
 class ResponseRow(Table):
@@ -206,6 +228,7 @@ class ResponseRow(Table):
 
     __tablename__ = "answers"
 
+    bench: Mapped[str] = mapped_column(Words(64), primary_key=True)
     id: Mapped[str] = mapped_column(Words(64), primary_key=True)
     request: Mapped[str] = mapped_column(Words(64))
     process: Mapped[str] = mapped_column(Words(32))
@@ -213,3 +236,33 @@ class ResponseRow(Table):
     status: Mapped[int | None] = mapped_column(Integer)
     headers: Mapped[dict[str, str] | None] = mapped_column(JSON(none_as_null=True))
     body: Mapped[bytes | None] = mapped_column(LargeBinary)
+
+
+class BenchRow(Table):
+    """A bench: its server, which holds the lock of the name while `process` is not null, and its last contact."""
+
+    __tablename__ = "benches"
+
+    name: Mapped[str] = mapped_column(Words(64), primary_key=True)
+    process: Mapped[str | None] = mapped_column(Words(32))
+    machine: Mapped[str] = mapped_column(Words(200))
+    pid: Mapped[int] = mapped_column(Integer)
+    host: Mapped[str] = mapped_column(Words(200))
+    url: Mapped[str | None] = mapped_column(Words(500))
+    version: Mapped[str] = mapped_column(Words(40))
+    since: Mapped[float] = mapped_column(_INSTANT)
+    contact: Mapped[float] = mapped_column(_INSTANT)
+    status: Mapped[dict[str, Json]] = mapped_column(JSON)
+
+
+class RevisionRow(Table):
+    """Number of changes of a table that all benches share, so that each notices the changes of others."""
+
+    __tablename__ = "revisions"
+
+    name: Mapped[str] = mapped_column(Words(40), primary_key=True)
+    revision: Mapped[int] = mapped_column(BigInteger)
+
+
+SHARED = ("servos", "profiles", "faults", "tokens")
+"""Tables with a row in `revisions`."""

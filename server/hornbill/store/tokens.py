@@ -29,6 +29,7 @@ class Token:
     digest: str
     created_at: float
     last_used_at: float | None = None
+    bench: str | None = None
 
 
 def digest(secret: str) -> str:
@@ -70,6 +71,7 @@ class Tokens(Repository[TokenRow, Token]):
                     cause="token_name_in_use",
                 )
             row = TokenRow(name=name, role=role, digest=digest(secret), created_at=self._wall(), last_used_at=None)
+            row.bench = self._database.bench
             session.add(row)
             return self._fact(row), secret
 

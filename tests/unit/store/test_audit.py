@@ -21,7 +21,7 @@ def test_an_entry_is_stored_whole_with_values_of_any_type(place: str, store: Sto
     store.audit.add(entries)
     with Store(place) as again:
         rows = again.audit.rows()[::-1]
-    assert rows == [AuditEntry(row.id, 1000.0, entry) for row, entry in zip(rows, entries, strict=True)]
+    assert rows == [AuditEntry(row.id, 1000.0, entry, store.bench) for row, entry in zip(rows, entries, strict=True)]
     for value, row in zip(values, rows, strict=True):  # False equals 0
         assert {type(one) for one in (row.entry.before, row.entry.requested, row.entry.after)} == {type(value)}
 

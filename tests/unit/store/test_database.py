@@ -67,6 +67,7 @@ def migrations(connection: Connection) -> Config:
     config = Config()
     config.set_main_option("script_location", str(Path(migrate.__file__).parent / "migrations"))
     config.attributes["connection"] = connection
+    config.attributes["bench"] = "first"
     return config
 
 
@@ -159,7 +160,9 @@ def test_values_of_the_first_tables_are_migrated(place: str) -> None:
     with Store(place) as store:
         assert store.allocations.rows() == [AllocationEntry(A, NodeId(125), True, 1.5, 2.5)]
         assert store.servos.all() == [
-            StoredServo(A, "Rudder", ServoFacts(serial=7), last_seen=2.5, rom={"origin": -900}, drift={})
+            StoredServo(
+                A, "Rudder", ServoFacts(serial=7), last_seen=2.5, rom={"origin": -900}, drift={}, bench=store.bench
+            )
         ]
         assert store.settings.get("stop") == {"latched": True}
         store.servos.put_drift(A, {"origin": -900})
@@ -319,7 +322,7 @@ def test_a_failed_transaction_changes_nothing(tmp_path: Path) -> None:
 
         def fail_half_way() -> None:
             with database.transaction() as session:
-                session.connection().exec_driver_sql("INSERT INTO settings VALUES ('a', '1')")
+                session.connection().exec_driver_sql("INSERT INTO settings VALUES ('bench', 'a', '1')")
                 raise ZeroDivisionError
 
         with pytest.raises(ZeroDivisionError):

@@ -31,7 +31,7 @@ def test_a_servo_is_stored_whole(place: str, store: Store) -> None:
     store.servos.put_set_up(A, {"arm_mm": 60.0})
     expected = StoredServo(
         A, "Elevator L", FACTS, 1000.0, 1000.0, {"torque_mode": 0, "origin": -900}, notes="New gears.",
-        set_up={"arm_mm": 60.0},
+        set_up={"arm_mm": 60.0}, bench=store.bench,
     )  # fmt: skip
     assert store.servos.get(A) == expected
     store.close()
@@ -44,7 +44,7 @@ def test_unknown_facts_keep_the_stored_ones(store: Store, wall: Wall) -> None:
     wall.now = 2000.0
     store.servos.seen(A, ServoFacts(node_id=124, servo_id=7))
     expected = replace(FACTS, node_id=124, servo_id=7)
-    assert stored(store) == StoredServo(A, "", expected, 1000.0, 2000.0)
+    assert stored(store) == StoredServo(A, "", expected, 1000.0, 2000.0, bench=store.bench)
     store.servos.seen(A, ServoFacts(servo_id=0))
     assert stored(store).facts.servo_id == 0
 
@@ -56,7 +56,7 @@ def test_a_label_can_be_set_before_the_servo_is_seen_and_removed(store: Store) -
     assert stored(store, B) == StoredServo(B, "x" * 200)
     store.servos.seen(B)
     store.servos.set_label(B, "")
-    assert stored(store, B) == StoredServo(B, "", ServoFacts(), 1000.0, 1000.0)
+    assert stored(store, B) == StoredServo(B, "", ServoFacts(), 1000.0, 1000.0, bench=store.bench)
 
 
 def test_servos_are_ordered_by_unique_id_and_can_be_excluded_or_forgotten(store: Store) -> None:

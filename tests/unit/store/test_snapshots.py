@@ -25,7 +25,7 @@ def test_snapshots_are_stored_whole_and_ordered_newest_first(place: str, store: 
     first = add(store)
     expected = StoredSnapshot(
         first.id, A, 1000.0, "before a change", "Ada", True, "BLA21-06U-A0", 1300, "1.3",
-        {"origin": -900}, {"origin": 0},
+        {"origin": -900}, {"origin": 0}, bench=store.bench,
     )  # fmt: skip
     assert first == expected
     other = add(store, B, ram={"origin": 1})

@@ -86,14 +86,14 @@ def test_old_jobs_are_deleted_but_running_ones_kept(store: Store, monkeypatch: p
 
 
 def test_a_profile_is_stored_in_its_order_replaced_and_deleted(place: str, store: Store, wall: Wall) -> None:
-    assert store.profiles.put("Rudder", DOCUMENT) == StoredProfile("Rudder", DOCUMENT, 1000.0, 1000.0)
+    assert store.profiles.put("Rudder", DOCUMENT) == StoredProfile("Rudder", DOCUMENT, 1000.0, 1000.0, store.bench)
     with Store(place) as again:
         found = again.profiles.get("Rudder")
-    assert found == StoredProfile("Rudder", DOCUMENT, 1000.0, 1000.0)
+    assert found == StoredProfile("Rudder", DOCUMENT, 1000.0, 1000.0, store.bench)
     assert list(found.document) == ["z", "values", "a"]
     wall.now = 2000.0
-    assert store.profiles.put("Rudder", {}) == StoredProfile("Rudder", {}, 1000.0, 2000.0)
-    assert store.profiles.all() == [StoredProfile("Rudder", {}, 1000.0, 2000.0)]
+    assert store.profiles.put("Rudder", {}) == StoredProfile("Rudder", {}, 1000.0, 2000.0, store.bench)
+    assert store.profiles.all() == [StoredProfile("Rudder", {}, 1000.0, 2000.0, store.bench)]
     store.profiles.drop("Rudder")
     assert store.profiles.all() == []
 

@@ -218,6 +218,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/benches": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List benches
+         * @description List the benches that share the database, this one first, then by name.
+         */
+        get: operations["list_benches"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/bus": {
         parameters: {
             query?: never;
@@ -4024,6 +4044,8 @@ export interface components {
             at: number;
             /** @description Value before. Null if none. */
             before: unknown;
+            /** @description Bench on which it happened. Null if unknown. */
+            bench: string | null;
             /** @description Client that did it. */
             by: string;
             /** @description Notes as one text, in English. */
@@ -5071,7 +5093,7 @@ export interface components {
             value: number;
         };
         /** @enum {string} */
-        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "restored_later" | "lease_requested" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "command_ended" | "commanded_elsewhere" | "command_lost" | "motion_yielded" | "stopped" | "stopped_late" | "stop_cleared" | "no_response" | "torque_off" | "recording_written" | "recording_failed" | "recordings_deleted" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
+        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "restored_later" | "lease_requested" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "command_ended" | "commanded_elsewhere" | "command_lost" | "motion_yielded" | "stopped" | "stopped_late" | "stop_cleared" | "no_response" | "torque_off" | "recording_written" | "recording_failed" | "recordings_deleted" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed" | "bench_taken";
         /**
          * EventMessage
          * @description An entry of the event log.
@@ -6033,6 +6055,10 @@ export interface components {
          * @description A known servo, on the bus or not.
          */
         KnownServo: {
+            /** @description Bench where it was last seen. Null if unknown. */
+            bench: string | null;
+            /** @description When it was last seen there, seconds since 1970 UTC. Null if unknown. */
+            bench_seen_at: number | null;
             /** @description Keys of rows whose ROM value changed unexpectedly. */
             drift: string[];
             /** @description Firmware version, such as `1.300`. Null if unknown. */
@@ -8803,6 +8829,48 @@ export interface components {
             uid: string;
         };
         SimValue: boolean | number | string | null;
+        /**
+         * SiteBench
+         * @description A bench of the site. Without contact its last known condition.
+         */
+        SiteBench: {
+            /** @description Address of its bus. Null without one. */
+            bus: string | null;
+            /** @description Bus load, %. Null without a bus. */
+            bus_load_pct: number | null;
+            /** @description State of its bus, as in `GET /bus`. */
+            bus_state: string;
+            /** @description Number of its online servos with a warning or failure. */
+            faults: number;
+            /** @description Holders of motion control, separated by commas. Null if free. */
+            holder: string | null;
+            /** @description Name of the computer of its server. */
+            host: string;
+            /** @description The bench of this server. */
+            is_this: boolean;
+            /** @description Last contact, seconds since 1970 UTC. */
+            last_contact: number;
+            /** @description Name of the bench. */
+            name: string;
+            /** @description Connection role. Null without a bus. */
+            role: components["schemas"]["ConnectionRoleName"] | null;
+            /** @description Number of servos on its bus. */
+            servos_online: number;
+            /** @description Number of servos in the inventory that were last there. */
+            servos_total: number;
+            /** @description Start of its server, seconds since 1970 UTC. Null if unknown. */
+            since: number | null;
+            /** @description State of its server. */
+            state: components["schemas"]["SiteBenchState"];
+            /** @description Stop is latched. */
+            torque_stopped: boolean;
+            /** @description Address of its page. Null if unknown. */
+            url: string | null;
+            /** @description Version of hornbill. */
+            version: string;
+        };
+        /** @enum {string} */
+        SiteBenchState: "online" | "no_contact" | "stopped";
         /** SmoothingValue */
         SmoothingValue: {
             /**
@@ -10179,7 +10247,7 @@ export interface components {
         model: string | null;
         /** @description Name of the profile, 1 to 80 characters without slash. */
         name: string;
-        /** @description Part of the serial number. */
+        /** @description Part of the serial number, nickname or unique ID. */
         q: string | null;
         /** @description ID of the request for motion control. */
         request_id: string;
@@ -10607,6 +10675,28 @@ export interface operations {
             422: components["responses"]["Problem"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
+            default: components["responses"]["CommonProblem"];
+        };
+    };
+    list_benches: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Success. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SiteBench"][];
+                };
+            };
+            500: components["responses"]["store_failed"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11361,7 +11451,7 @@ export interface operations {
                 model?: components["parameters"]["model"];
                 /** @description Nickname. */
                 label?: components["parameters"]["label"];
-                /** @description Part of the serial number. */
+                /** @description Part of the serial number, nickname or unique ID. */
                 q?: components["parameters"]["q"];
             };
             header?: never;
@@ -11390,7 +11480,7 @@ export interface operations {
                 model?: components["parameters"]["model"];
                 /** @description Nickname. */
                 label?: components["parameters"]["label"];
-                /** @description Part of the serial number. */
+                /** @description Part of the serial number, nickname or unique ID. */
                 q?: components["parameters"]["q"];
             };
             header?: never;

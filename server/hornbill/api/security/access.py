@@ -24,7 +24,7 @@ COMMAND_LINE: Final = "command line"
 """Name of the token given at start. It has the role admin and is not stored."""
 WHO: Final = "hornbill.who"
 """Key of a request's Identity in its ASGI scope; the value is None without a credential."""
-REFRESH_S: Final = 2.0
+REFRESH_S: Final = 1.0
 """Maximum delay until a token created or revoked by another process takes effect."""
 USED_S: Final = 60.0
 """Interval at which the last use of tokens is stored."""
@@ -64,6 +64,7 @@ class Access:
         self._tokens: dict[str, Token] = {} if self._given is None else {self._given.digest: self._given}
         self._used: dict[str, float] = {}
         self._used_stored_at = now()
+        self._changed = False
         self._ends: dict[str, set[asyncio.Future[None]]] = {}
         self.sessions = Sessions()
         self.tickets = Tickets()
@@ -79,6 +80,7 @@ class Access:
     def open(self, store: Store) -> None:
         """Load the tokens of a store. Raises StoreFailed."""
         self._store = store
+        store.on_changed(self._on_changed)
         self._take(store.tokens.all())
 
     async def refresh(self) -> None:
@@ -94,10 +96,16 @@ class Access:
             log.warning("cannot reload the tokens; known tokens stay valid", exc_info=True)
 
     async def keep_fresh(self) -> None:
-        """Call `refresh` every REFRESH_S until cancelled."""
+        """Call `refresh` when another process changed the tokens, and store their last use, until cancelled."""
         while True:
             await asyncio.sleep(REFRESH_S)
-            await self.refresh()
+            self._age()
+            if self._changed or self._now() - self._used_stored_at >= USED_S:
+                self._changed = False
+                await self.refresh()
+
+    def _on_changed(self, table: str) -> None:
+        self._changed = self._changed or table == "tokens"
 
     async def close(self) -> None:
         """Store the last use of tokens."""

@@ -42,6 +42,25 @@ def list_(as_csv: AsCsv = False, server: Server = LOCAL_URL, as_json: AsJson = F
     print_table(("uid", "name", "model", "firmware", "node", "id", "last seen", "ROM changed"), rows)
 
 
+def site(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
+    """List the benches that share the database of the server, with their state and last contact."""
+    with client(server) as hornbill:
+        found = hornbill.records.benches()
+    if as_json:
+        print_json(found)
+        return
+    rows = [
+        (
+            f"{one['name']}{' (this)' if one['is_this'] else ''}", one["host"], one["state"], one["bus"], one["role"],
+            f"{one['servos_online']} of {one['servos_total']}", one["faults"],
+            "stopped" if one["torque_stopped"] else one["holder"], instant(one["last_contact"]), one["version"],
+        )
+        for one in found
+    ]  # fmt: skip
+    header = ("bench", "host", "state", "bus", "role", "servos", "faults", "control", "last contact", "version")
+    print_table(header, rows)
+
+
 @inventory.command("show")
 def show(servo: Known, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
     """Show a servo with its last known ROM values."""

@@ -107,6 +107,13 @@ def serve(
     port: Port = None,
     data_dir: DataDir = None,
     database: DatabaseUrl = None,
+    bench: Annotated[
+        str | None,
+        typer.Option(
+            help="Name of this bench in a shared database. Default: the only bench in the data folder, otherwise the "
+            "host name."
+        ),
+    ] = None,
     allocator: Annotated[
         Literal["on", "off", "force"] | None,
         typer.Option(help="Node ID allocator. force: allocate even if there is another. Default: last setting."),
@@ -136,7 +143,7 @@ def serve(
     """Start the server for servos on a real bus. Without --bus it starts disconnected."""
     settings = _settings(
         bus=bus, bitrate=bitrate, frame_gap_ms=frame_gap_ms, host=host, port=port, data_dir=data_dir,
-        database=database, allocator=allocator, role=role,
+        database=database, bench=bench, allocator=allocator, role=role,
         position_unit=position_unit, sim_api=sim_api, token=token, allow_host=allow_host or None,
         behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert, tls_key=tls_key,
     )  # fmt: skip
@@ -313,7 +320,8 @@ def _serve(settings: "Settings", *, demo: bool, announce: str) -> None:
         exposed = network_policy.decide(settings, demo=demo)
         with closing(serving.listen(settings.host, settings.port)) as listening:
             built = application.build(
-                settings, demo=demo, log=lambda text: print(text, file=sys.stderr), exposure=exposed
+                settings, demo=demo, log=lambda text: print(text, file=sys.stderr), exposure=exposed,
+                url=serving.url_of(listening, "http" if settings.tls is None else "https"),
             )  # fmt: skip
             tls = settings.tls
             announce += first_link(exposed.first_token, "http" if tls is None else "https", listening.getsockname()[1])

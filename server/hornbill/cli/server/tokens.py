@@ -105,5 +105,5 @@ def _tokens(data_dir: Path | None, database: str | None) -> "Generator[Tokens]":
     given = {"data_dir": data_dir, "database": database}
     with failures():
         settings = Settings(**{name: value for name, value in given.items() if value is not None})  # pyright: ignore[reportArgumentType]
-        with Store(settings.database or settings.data_dir) as store:
+        with Store(settings.database or settings.data_dir, bench=settings.bench) as store:
             yield store.tokens

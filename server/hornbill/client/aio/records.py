@@ -22,6 +22,10 @@ class AsyncRecords:
         """All known servos, on the bus or not, most recently seen first."""
         return await self._request("GET", "/inventory")
 
+    async def benches(self) -> list[responses.SiteBench]:
+        """Benches that share the database of the server, its own first."""
+        return await self._request("GET", "/benches")
+
     async def servo(self, uid: str) -> responses.KnownServo:
         """One known servo, with its last known ROM values."""
         return await self._request("GET", f"/inventory/{uid}")

@@ -24,6 +24,10 @@ class Records:
         """All known servos, on the bus or not, most recently seen first."""
         return self._request("GET", "/inventory")
 
+    def benches(self) -> list[responses.SiteBench]:
+        """Benches that share the database of the server, its own first."""
+        return self._request("GET", "/benches")
+
     def servo(self, uid: str) -> responses.KnownServo:
         """One known servo, with its last known ROM values."""
         return self._request("GET", f"/inventory/{uid}")

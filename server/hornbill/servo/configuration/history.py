@@ -1,11 +1,12 @@
 """Snapshots of a servo's configuration, before each change and on request."""
 
 from collections.abc import Mapping
-from typing import cast
+from functools import partial
+from typing import Any, cast
 
 from hornbill.domain.change import Reason, ReasonCode
 from hornbill.domain.fields import Param
-from hornbill.errors import Busy, NoResponse
+from hornbill.errors import Busy, NoResponse, StoreFailed
 from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.requests import ServoRequests
 from hornbill.servo.device.servo import Servo
@@ -60,13 +61,25 @@ class History:
         return await self.store_known(servo, reason=reason, by=by, automatic=automatic)
 
     async def store_known(self, servo: Servo, *, reason: Reason, by: str, automatic: bool) -> StoredSnapshot:
-        """Store the known values without reading the servo. Unknown rows are left out."""
-        made = await self._store.run(
-            self.snapshots.add, servo.uid, reason=reason.text, by=by, automatic=automatic,
-            model=servo.model.name if servo.model else None, firmware=servo.firmware,
-            schema_revision=servo.catalog.revision, ram=configured_values(servo), rom=servo.rom(),
-            unless_same=automatic, reason_code=reason.code, reason_params=cast("Mapping[str, Json]", reason.params),
-        )  # fmt: skip
+        """Store the known values without reading the servo. Unknown rows are left out.
+
+        If a database server is unreachable, an automatic snapshot waits in memory; its ID is then 0. Raises
+        StoreFailed.
+        """
+        values: dict[str, Any] = {
+            "reason": reason.text, "by": by, "automatic": automatic,
+            "model": servo.model.name if servo.model else None, "firmware": servo.firmware,
+            "schema_revision": servo.catalog.revision, "ram": configured_values(servo), "rom": servo.rom(),
+            "reason_code": reason.code, "reason_params": cast("Mapping[str, Json]", reason.params),
+        }  # fmt: skip
+        add = partial(self.snapshots.add, servo.uid, unless_same=automatic, **values)
+        try:
+            made = await self._store.run(add)
+        except StoreFailed:
+            if not automatic or not self._store.remote:
+                raise
+            self._store.later(add)
+            made = StoredSnapshot(0, servo.uid, self._store.now(), **values)
         if not automatic:
             self._audit.note(_entry(made, by, "succeeded", after=made.id))
         return made

@@ -162,9 +162,20 @@ class Fleet:
             self._hub.publish(ServoChanged(uid))
         self._units.forget(uid)
 
+    def refresh_stored(self) -> None:
+        """Take over names and new servos of other benches."""
+        servos = self._servos if self._live is None else self._live
+        for stored in self.memory.all():
+            servo = servos.get(stored.uid)
+            if servo is None:
+                servos[stored.uid] = Servo(stored.uid, self.catalog, label=stored.label, drift=drifted(stored))
+            elif servo.label != stored.label:
+                servo.label = stored.label
+                self._hub.publish(ServoChanged(stored.uid))
+
     def attach(self, participant: Participant) -> Directory:
         """Follow this bus from now on. Returns the directory of its nodes."""
-        fixed = (stored.rom.get("node_id", 0) for stored in self.memory.all())
+        fixed = (stored.rom.get("node_id", 0) for stored in self.memory.here())
         self._directory = Directory(remembered=(node for node in fixed if node))
         self._foreign = ForeignNodes(self._base.now)
         self._directory.on_restarted.append(lambda record: self._just_restarted.add(record.node_id))

@@ -26,6 +26,10 @@ class RomKnowledge:
         """All known servos."""
         return self._inventory.all()
 
+    def here(self) -> list[StoredServo]:
+        """Servos that were last seen on this bench."""
+        return [one for one in self.all() if one.bench in (None, self._store.bench)]
+
     def recall(self, servo: Servo) -> None:
         """Restore stored ROM values if the servo has not restarted since: only a save changes ROM, and it restarts."""
         stored = self._inventory.get(servo.uid)

@@ -105,6 +105,10 @@ class Faults:
         )
         self._hub.publish(ServoChanged(uid))
 
+    def refresh_stored(self) -> None:
+        """Read the history again: another bench changed it."""
+        self._entries.clear()
+
     async def forget(self, uid: Uid) -> None:
         """Drop the faults of a servo that is offline. Raises StoreFailed."""
         await self._store.run(self._store.faults.forget, uid)

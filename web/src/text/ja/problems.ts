@@ -111,6 +111,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
     `${p.address}は開いていますが、一度も受信していません。ボーレートが不明で、${p.baud} baudを試しています。${BUS}アダプタ固有のボーレートがあれば、アドレスの末尾に@BAUDを付けてください。`,
   baud_unsupported: p =>
     `${p.address}を${p.bauds} baudに設定できません。ドライバが対応していません。別のボーレートを選んでください。`,
+  bench_in_use: p =>
+    `ベンチ${p.bench}は${p.host}のサーバーが使用しています。そのサーバーを停止するか、別の名前を--benchで指定してください。`,
   before_out_of_range: p => `${p.minimum_s}～${p.maximum_s}で指定してください。`,
   between_steps: p =>
     `${p.requested}${u(p)}は刻みの間の値です。${p.nearest}${u(p)}のいずれかを入力してください。`,
@@ -544,6 +546,7 @@ export const causes: Readonly<Record<string, FactsText>> = {
   stopped: p => `${who(p.by)}が停止しました。停止を解除するまで何も動きません。`,
   store_newer: () =>
     `データベースは新しい版のhornbillで作成されています。その版を使うか、別のデータフォルダを指定してください。`,
+  store_rejected: () => `データベースがデータを受け付けません。サーバーの記録を確認してください。`,
   store_timeout: () => `データベースが応答しません。しばらくしてからやり直してください。`,
   store_unusable: () => `データベースを使用できません。データフォルダとディスクを確認してください。`,
   stream_ended: () => `ストリームは終了しています。新しく開始してください。`,

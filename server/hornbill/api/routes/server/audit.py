@@ -33,6 +33,7 @@ class AuditRow(Model):
 
     id: int = Field(description="ID, as used in paths.")
     at: Utc
+    bench: str | None = Field(description="Bench on which it happened. Null if unknown.")
     by: str = Field(description="Client that did it.")
     action: str = Field(description="Action, such as `write` or `save`.")
     outcome: str = Field(description="Result of the action.")
@@ -133,4 +134,4 @@ def _value(value: object) -> object:
 
 
 def _row(one: AuditEntry) -> AuditRow:
-    return AuditRow(id=one.id, at=one.at, detail=one.entry.detail, **asdict(one.entry))
+    return AuditRow(id=one.id, at=one.at, bench=one.bench, detail=one.entry.detail, **asdict(one.entry))

@@ -49,6 +49,10 @@ class KnownServo(Model):
     snapshots: int = Field(description="Number of stored snapshots.")
     drift: list[str] = Field(description="Keys of rows whose ROM value changed unexpectedly.")
     notes: str = Field(description="Notes of users. Empty if none.")
+    bench: str | None = Field(description="Bench where it was last seen. Null if unknown.")
+    bench_seen_at: float | None = Field(
+        description="When it was last seen there, seconds since 1970 UTC. Null if unknown."
+    )
 
 
 class KnownServoPatch(Model):
@@ -60,11 +64,11 @@ class KnownServoPatch(Model):
 
 ModelName = Annotated[str | None, Query(description="Model, such as `BLA21-06U-A0`.")]
 Label = Annotated[str | None, Query(description="Nickname.")]
-Serial = Annotated[str | None, Query(max_length=40, description="Part of the serial number.")]
+Serial = Annotated[str | None, Query(max_length=40, description="Part of the serial number, nickname or unique ID.")]
 
 FACTS = (
     "uid", "label", "model", "serial", "firmware", "hardware_version", "production_date", "node_id", "servo_id",
-    "first_seen", "last_seen", "online", "snapshots", "drift", "notes",
+    "first_seen", "last_seen", "online", "snapshots", "drift", "notes", "bench",
 )  # fmt: skip
 
 
@@ -164,7 +168,7 @@ async def _found(host: Host, model: str | None, label: str | None, q: str | None
         for one in shown
         if (model is None or one.model == model)
         and (label is None or one.label == label)
-        and (q is None or q in (one.serial or ""))
+        and (q is None or any(q.lower() in text.lower() for text in (one.serial or "", one.label, one.uid)))
     ]
     return sorted(found, key=lambda one: one.last_seen or 0.0, reverse=True)
 
@@ -192,6 +196,8 @@ def _shown(host: Host, stored: StoredServo, snapshots: dict[Uid, int]) -> KnownS
         snapshots=snapshots.get(stored.uid, 0),
         drift=sorted(drifted(stored) if servo is None or servo.model_number is None else servo.drift),
         notes=stored.notes,
+        bench=stored.bench,
+        bench_seen_at=None if stored.bench is None else seen,
     )
 
 
