@@ -82,7 +82,7 @@ class PlanJobs:
     async def preview(self, plan: RunPlan, uids: Mapping[str, Uid], confirm: Sequence[str]) -> list[PlanProspect]:
         """Dry run of `start`, servo by servo. Sends only reads. Raises Unknown, LeaseHeld."""
         profile = None if plan.profile is None else self._profiles.get(plan.profile)
-        self._services.leases.allow_write(None, self._services.base.now())
+        self._services.leases.allow_write(None, self._services.base.now(), *uids.values())
         request = PlanRequest(plan, uids, profile, tuple(confirm), "")
         return [await self._prospect(request, name) for name in plan.servos]
 
@@ -145,7 +145,8 @@ class PlanJobs:
         if lease_id is not None:
             self._services.leases.require(lease_id, self._services.base.now())
             self._control.release(lease_id, "released")
-        lease = self._control.take(f"plan {request.plan.name}"[:64], LEASE_S)
+        uids = frozenset(target.uid for target in targets)
+        lease = self._control.take(f"plan {request.plan.name}"[:64], LEASE_S, uids)
         try:
             for target in targets:
                 self._motion.may_move(target.servo, lease.id)
