@@ -95,7 +95,7 @@ generate: setup                               ## write the files generated from 
 
 docs: docs/dist/index.html                    ## build the documentation in docs/dist
 
-build: $(VENV)/.dev web/dist/index.html docs       ## build sdist and wheel in dist/
+build: $(VENV)/.dev web/dist/index.html docs       ## build sdist, wheel and the wheel of the client in dist/
 	@rm -rf dist
 	@$(BIN)/python -m build --no-isolation
 	@$(BIN)/python -m build --no-isolation --wheel --outdir dist client

@@ -28,7 +28,8 @@ def faults(root: Path = ROOT) -> list[str]:
     if _git(root, "status", "--porcelain"):
         found.append("There are uncommitted changes. Commit them.")
     names = {path.name for path in (root / "dist").glob("*")}
-    wanted = {f"hornbill-{version}.tar.gz", f"hornbill-{version}-py3-none-any.whl"}
+    wheels = {f"{name}-{version}-py3-none-any.whl" for name in ("hornbill", "hornbill_client")}
+    wanted = {f"hornbill-{version}.tar.gz", *wheels}
     if names != wanted:
         found.append(f"dist/ contains {sorted(names)} instead of {sorted(wanted)}. Run 'make build'.")
     if root == ROOT and notices.PAGE.read_text(encoding="utf-8") != notices.document():
@@ -43,7 +44,7 @@ hornbill {version} is in dist/. Remaining steps:
   make check test                         on the commit to be tagged
   git tag -a v{version} -m "hornbill {version}"
   git push origin v{version}
-  python -m twine upload dist/*           or deliver the two files
+  python -m twine upload dist/*           or deliver the files
   make docker && docker tag hornbill hornbill:{version}
 Then increase the version in pyproject.toml."""
 

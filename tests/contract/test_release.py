@@ -31,7 +31,7 @@ def checkout(tmp_path: Path) -> Path:
     (tmp_path / "CHANGELOG.md").write_text(CHANGES)
     (tmp_path / ".gitignore").write_text("dist/\n")
     (tmp_path / "dist").mkdir()
-    for name in ("hornbill-1.2.3.tar.gz", "hornbill-1.2.3-py3-none-any.whl"):
+    for name in ("hornbill-1.2.3.tar.gz", "hornbill-1.2.3-py3-none-any.whl", "hornbill_client-1.2.3-py3-none-any.whl"):
         (tmp_path / "dist" / name).touch()
     git(tmp_path, "init", "--quiet")
     git(tmp_path, "add", ".")
