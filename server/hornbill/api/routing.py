@@ -75,8 +75,7 @@ class Routes:
         """Declare a WebSocket."""
 
         def add(endpoint: Endpoint) -> Endpoint:
-            route = APIWebSocketRoute(self._prefix + path, endpoint)
-            self.rows.append(RouteRole(route, least, frozenset(query_names(route.dependant))))
+            self.rows.append(RouteRole(APIWebSocketRoute(self._prefix + path, endpoint), least))
             return endpoint
 
         return add

@@ -53,7 +53,7 @@ class RouteRole(NamedTuple):
     route: Route | WebSocketRoute
     least: int
     query: frozenset[str] | None = None
-    """Names of its query parameters. None if any are accepted: files of the page."""
+    """Names of its query parameters. None if any are accepted: files of the page, sockets."""
 
 
 class RouteTable:
