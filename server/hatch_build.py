@@ -28,13 +28,11 @@ class CustomBuildHook(BuildHookInterface):
         page = root / "web" / "dist"
         if not (page / "index.html").is_file():
             raise RuntimeError(f"The page is not built: {page} has no index.html. Run 'make build'.")
-        build_data["force_include"][str(root / "schemas")] = "hornbill/_data/schemas"
+        _include(build_data, root / "schemas", "schemas", but={"openapi.json"})  # the documentation has it, too
         build_data["force_include"][str(page)] = "hornbill/_data/web"
         docs = root / "docs" / "dist"
         if (docs / "index.html").is_file():
-            for file in docs.rglob("*"):
-                if file.is_file() and file.suffix not in PICTURES:
-                    build_data["force_include"][str(file)] = f"hornbill/_data/docs/{file.relative_to(docs).as_posix()}"
+            _include(build_data, docs, "docs", but=PICTURES)
 
     def _commit(self, root: Path) -> Path:
         """File with the commit: that of an sdist, else of HORNBILL_COMMIT (without a repository), else of git."""
@@ -48,3 +46,10 @@ class CustomBuildHook(BuildHookInterface):
         folder.mkdir(exist_ok=True)
         (folder / "commit").write_text(found, encoding="ascii")
         return folder / "commit"
+
+
+def _include(build_data: dict[str, Any], folder: Path, name: str, but: set[str]) -> None:
+    """Force-include the files of a folder as hornbill/_data/`name`, without names and suffixes in `but`."""
+    for file in folder.rglob("*"):
+        if file.is_file() and not {file.name, file.suffix} & but:
+            build_data["force_include"][str(file)] = f"hornbill/_data/{name}/{file.relative_to(folder).as_posix()}"

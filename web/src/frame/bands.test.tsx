@@ -2,8 +2,10 @@
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, test } from "vitest";
+import type { Finding, FindingCode } from "../api/bus-types";
 import type { Stop } from "../api/types";
 import { stop } from "../bench/bench";
+import { doctor } from "../bench/doctor";
 import { link } from "../bench/link";
 import { Bands } from "./bands";
 
@@ -57,4 +59,29 @@ test("a node that may be a servo counts and is named like one", () => {
   });
   expect(band()).toContain("Torque is off on 1 of 2 servos.");
   expect(band()).toContain("Node 42 did not respond");
+});
+
+test("a failure of the server itself is shown on every page", () => {
+  const found = (code: FindingCode, severity: Finding["severity"]): Finding => ({
+    code,
+    severity,
+    text: "",
+    evidence: "",
+    remedy: null,
+    node_ids: [],
+    uids: [],
+    advice: null,
+    params: {},
+  });
+  const shown = (...list: Finding[]) => {
+    act(() => {
+      doctor.value.value = list;
+    });
+    return host.querySelector('[data-testid="server-band"]')?.textContent;
+  };
+  expect(shown(found("database", "ok"), found("disk_space", "warning"), found("bus_off", "failure"))).toBe(
+    undefined,
+  );
+  expect(shown(found("database", "failure"))).toContain("Changes are not being stored");
+  expect(shown()).toBe(undefined);
 });

@@ -3,13 +3,14 @@ import { useSignal } from "@preact/signals";
 import type { Stop } from "../api/types";
 import { bus, lease, stop } from "../bench/bench";
 import { now } from "../bench/clock";
+import { findings } from "../bench/doctor";
 import { nameOf, peekServo } from "../bench/fleet";
 import { clock, number, withUnit } from "../bench/format";
 import { holder, who } from "../bench/holder";
 import { link, up } from "../bench/link";
 import { endMotion, keepMotion, membersOf, motion } from "../bench/motion";
 import { those } from "../bench/release";
-import { route } from "../bench/route";
+import { pathOf, route } from "../bench/route";
 import { signedOut } from "../bench/session";
 import { clearStop, unsent } from "../bench/stop";
 import { begun } from "../change/flow";
@@ -47,6 +48,7 @@ export function Bands() {
           )}
         </div>
       )}
+      <ServerBand />
       <SilentBand />
       {stop.value?.latched && <StopBand stop={stop.value} />}
       <OutputBand />
@@ -75,6 +77,18 @@ function LinkBand() {
 }
 
 /** Servos that have not acknowledged torque off, on any page. A latched stop lists them itself. */
+/** A failure of the server itself, which no other page would show. The Bus page has evidence and remedy. */
+function ServerBand() {
+  const failed = findings.value.find(one => one.severity === "failure" && one.code in text.serverFailure);
+  if (failed === undefined || !up.value) return null;
+  return (
+    <div class="link-band" role="alert" data-testid="server-band">
+      <Glyph kind="failure" />
+      <a href={pathOf("bus", null)}>{text.serverFailure[failed.code as keyof typeof text.serverFailure]}</a>
+    </div>
+  );
+}
+
 function SilentBand() {
   const silent = those("silent");
   if (silent.length === 0 || stop.value?.latched) return null;

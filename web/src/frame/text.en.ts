@@ -69,6 +69,13 @@ export const link = {
   down: "No link to hornbill",
 };
 
+/** Failures of the server itself, by code of the doctor's finding. */
+export const serverFailure = {
+  database: "Changes are not being stored. They are lost if hornbill restarts now.",
+  disk_space: "The disk of the data folder is full. Changes and recordings cannot be stored.",
+  computer_busy: "hornbill's computer is overloaded. Servos may only appear late or offline.",
+};
+
 export const request = {
   label: "Motion control requested",
   wants: (by: string, reason: string) =>

@@ -2,6 +2,11 @@
 import type { Text } from "../text/language";
 
 export const frame = {
+  serverFailure: {
+    database: "変更が保存されていません。hornbillを再起動すると失われます。",
+    disk_space: "データフォルダのディスクに空きがありません。変更と記録を保存できません。",
+    computer_busy: "hornbillのコンピュータが過負荷です。サーボの応答遅れや途絶は見かけだけの場合があります。",
+  },
   nav: {
     servos: "サーボ",
     commission: "初期設定",
