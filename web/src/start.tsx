@@ -11,6 +11,7 @@ import { startMotion } from "./bench/motion";
 import { warnBeforeLeaving } from "./bench/reload";
 import { startRoute } from "./bench/route";
 import { startSession } from "./bench/session";
+import { startSite } from "./bench/site";
 import { pressStop } from "./bench/stop";
 import { startTheme } from "./bench/theme";
 import { App } from "./frame/app";
@@ -26,6 +27,7 @@ listen(window, pressStop);
 startMotion();
 startBusHistory();
 startDoctor();
+startSite();
 startLink();
 
 watchStyles();

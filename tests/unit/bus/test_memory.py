@@ -23,10 +23,10 @@ def received_by(port: MemoryPort) -> list[bytes]:
     return received
 
 
-def arbitrated(sent: list[tuple[int, str, Frame]]) -> list[tuple[str, Frame]]:
+def arbitrated(sent: list[tuple[float, str, Frame]]) -> list[tuple[str, Frame]]:
     """What a bus carries of frames queued at these bit times: whenever it is idle, the lowest identifier wins."""
     carried: list[tuple[str, Frame]] = []
-    idle_at, waiting = 0, sorted(sent, key=lambda each: each[0])
+    idle_at, waiting = 0.0, sorted(sent, key=lambda each: each[0])
     while waiting:
         idle_at = max(idle_at, waiting[0][0])
         winner = min((each for each in waiting if each[0] <= idle_at), key=lambda each: each[2].id)
@@ -41,7 +41,9 @@ queued = st.tuples(st.integers(0, 600), st.integers(0, 5), st.binary(max_size=8)
 
 @given(st.lists(queued, max_size=12))
 def test_the_lowest_queued_identifier_wins_whenever_the_bus_is_idle(queued: list[tuple[int, int, bytes]]) -> None:
-    sent = sorted((at, "abc"[number % 3], Frame(number, data)) for at, number, data in queued)
+    # Fractions of a bit, so that no frame is queued just as another ends: floats would decide who is first.
+    instants = sorted({at for at, _, _ in queued})
+    sent = sorted((at + instants.index(at) / 16, "abc"[number % 3], Frame(number, data)) for at, number, data in queued)
 
     async def main() -> None:
         bus, loop = MemoryBus(history=100), asyncio.get_running_loop()

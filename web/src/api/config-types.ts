@@ -29,3 +29,4 @@ export type AuditRow = Shapes["AuditRow"];
 export type BatchOutcome = Shapes["BatchOutcome"];
 export type BatchRead = Shapes["BatchRead"];
 export type BatchPatched = Shapes["BatchPatched"];
+export type Bench = Shapes["SiteBench"];

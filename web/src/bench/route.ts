@@ -15,6 +15,7 @@ export type Page =
   | "recorder"
   | "records"
   | "scope"
+  | "site"
   | "api"
   /** Unknown address. */
   | "missing";
@@ -26,7 +27,7 @@ export interface Route {
   hash: string;
 }
 
-const ALONE = /^\/(servos|commission|tune|faults|bus|recorder|records|scope)\/?$/;
+const ALONE = /^\/(servos|commission|tune|faults|bus|recorder|records|scope|site)\/?$/;
 /** Not /api, which belongs to the server. */
 const API_PAGE = /^\/api-page\/?$/;
 const MATRIX = /^\/servos\/matrix\/?$/;

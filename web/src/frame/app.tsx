@@ -37,6 +37,7 @@ const ScopePage = lazy(() => import("../scope/page").then(file => file.ScopePage
 const ServoPage = lazy<{ one: KnownServo; tab: ServoTab; children: ComponentChildren }>(() =>
   import("../servo/page").then(file => file.ServoPage),
 );
+const SitePage = lazy(() => import("../site/page").then(file => file.SitePage));
 const TunePage = lazy<{ uid: string | null }>(() => import("../tune/page").then(file => file.TunePage));
 const ChangeDialog = lazy(() => import("../change/dialog").then(file => file.ChangeDialog));
 const ConnectDialog = lazy(() => import("../bus/connect").then(file => file.ConnectDialog));
@@ -116,6 +117,7 @@ function Page() {
   if (page === "recorder") return <RecorderPage hash={hash} />;
   if (page === "records") return <RecordsPage hash={hash} />;
   if (page === "scope") return <ScopePage />;
+  if (page === "site") return <SitePage />;
   if (page === "missing") return <MissingPage />;
   return <ServosPage />;
 }

@@ -12,6 +12,7 @@ import { commandedHere, commanderOf, elsewhere } from "../bench/role";
 import { lastUid, pathOf } from "../bench/route";
 import { phone, tightBar } from "../bench/screen";
 import { conditionHere } from "../bench/servo-condition";
+import { severalBenches, thisBench } from "../bench/site";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Mark } from "../kit/icon";
@@ -28,7 +29,10 @@ export function TopBar() {
       <div class="bar-rest">
         <div class="bar-mark">
           <Mark />
-          <span>{text.name}</span>
+          <span>
+            {text.name}
+            {severalBenches.value && <small data-testid="bench-name">{thisBench.value?.name}</small>}
+          </span>
         </div>
         <Panel>
           <BusCell />

@@ -12,6 +12,7 @@ import { motion } from "../bench/motion";
 import { reload } from "../bench/reload";
 import { lastUid, type Page, pathOf, type Route, route } from "../bench/route";
 import { phone } from "../bench/screen";
+import { severalBenches, silentBenches } from "../bench/site";
 import { chooseTheme, type ThemeChoice, themeChoice } from "../bench/theme";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
@@ -107,6 +108,11 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
         )}
       </nav>
       <div class="rail-foot">
+        {severalBenches.value && (
+          <Item page="site" uid={null} icon="site" label={text.nav.site}>
+            <SiteBadge />
+          </Item>
+        )}
         <button type="button" class="rail-item" onClick={onKeys} data-testid="keys">
           <Icon name="keys" />
           <span>{text.keys}</span>
@@ -177,6 +183,19 @@ function FaultsBadge() {
       <Glyph kind={open.some(one => one.faults.failure) ? "failure" : "warning"} size={12} />
       {total}
       <span class="hidden-text">{text.nav.unseen}</span>
+    </span>
+  );
+}
+
+/** Benches without contact. */
+function SiteBadge() {
+  const silent = silentBenches.value;
+  if (silent === 0) return null;
+  return (
+    <span class="badge" data-testid="site-badge">
+      <Glyph kind="offline" size={12} />
+      {silent}
+      <span class="hidden-text">{text.nav.silent}</span>
     </span>
   );
 }

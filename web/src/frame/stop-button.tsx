@@ -6,7 +6,9 @@ import { uids } from "../bench/fleet";
 import { escapeArmed } from "../bench/keys";
 import { link } from "../bench/link";
 import { motionOn, movingNow } from "../bench/moving";
+import { page } from "../bench/route";
 import { phone } from "../bench/screen";
+import { severalBenches, thisBench } from "../bench/site";
 import { pressStop } from "../bench/stop";
 import { watchStop } from "../bench/stop-sight";
 import { text } from "../text";
@@ -26,9 +28,11 @@ export function StopButton() {
         ? text.stop.again
         : reach === "own"
           ? text.stop.reaches(stop.value?.reaches.length ?? 0, uids.value.length)
-          : phone.value
-            ? everyServo()
-            : keys();
+          : page.value === "site" && severalBenches.value
+            ? text.stop.benchOnly(thisBench.value?.name ?? "")
+            : phone.value
+              ? everyServo()
+              : keys();
   const button = useRef<HTMLButtonElement>(null);
   useEffect(() => watchStop(button.current), []);
   const press = (event: PointerEvent) => {

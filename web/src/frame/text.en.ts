@@ -11,6 +11,8 @@ export const nav = {
   motion: "Motion",
   tune: "Tune",
   scope: "Scope",
+  site: "Site",
+  silent: "without contact",
   faults: "Faults",
   unseen: "not acknowledged",
   bus: "Bus",
@@ -98,6 +100,7 @@ export const stop = {
   label: "Stop: torque off on every servo",
   unsent: (why: string) => `Stop did not reach hornbill. Cut the supply. ${why}`,
   sendsNothing: "sends nothing",
+  benchOnly: (bench: string) => `${bench} only`,
   reaches: (n: number, all: number) => `Reaches ${n} of ${all}, Esc`,
   headline: (at: string, by: string, done: number, all: number, mode: string, reach = "all") => {
     const where = all === 1 ? "the servo" : `${done} of ${all} servos`;

@@ -16,6 +16,8 @@ export const frame = {
     motion: "動作",
     tune: "調整",
     scope: "スコープ",
+    site: "サイト",
+    silent: "通信なし",
     faults: "異常",
     unseen: "未確認",
     bus: "バス",
@@ -87,6 +89,7 @@ export const frame = {
     label: "停止: 全サーボのトルクをオフ",
     unsent: why => `停止がhornbillに届きませんでした。電源を切ってください。${why}`,
     sendsNothing: "何も送信しません",
+    benchOnly: bench => `${bench}のみ`,
     reaches: (n, all) => `${n}/${all}台に届く、Esc`,
     headline: (at, by, done, all, mode, reach = "all") => {
       const what =
