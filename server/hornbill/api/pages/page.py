@@ -35,7 +35,7 @@ _RELATIVE: Final = ('="./', '="{root}/')
 """File references in the built page, and as served: absolute, because page paths have any depth."""
 _ROOT: Final = ('name="hornbill-root" content=""', 'name="hornbill-root" content="{root}"')
 PAGES: Final = re.compile(
-    r"(?:|servos|commission|tune|faults|bus|recorder|records|scope|api-page|servos/matrix"
+    r"(?:|servos|commission|tune|faults|bus|recorder|records|scope|site|api-page|servos/matrix"
     r"|servos/[0-9a-f]{32}(?:/(?:parameters|motion|tune|faults))?)/?"
 )
 """Paths of the page, as in `web/src/bench/route.ts`; all others are not found."""
