@@ -1,6 +1,7 @@
 """Locations of the parameter tables, the built page and documentation, and the commit, in a wheel or a checkout."""
 
 import subprocess
+from functools import cache
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -34,6 +35,7 @@ def docs() -> Path | None:
     return None
 
 
+@cache
 def commit() -> str | None:
     """Commit of the program, 12 digits, `+` if a checkout has changes. None if unknown: not built from a repository."""
     built = _PACKAGE / "_data" / "commit"

@@ -41,7 +41,8 @@ def test_a_demo_starts_finds_nothing_wrong_and_ends_and_its_port_is_in_use() -> 
         examined = hornbill(url, "doctor")
         assert examined.exit_code == 1
         assert examined.stdout.startswith("Failure: No bus is connected\n")
-        assert "PUT /api/v1/bus" in examined.stdout
+        assert "hornbill bus connect INTERFACE:CHANNEL." in examined.stdout
+        assert "/api/v1" not in examined.stdout
         as_json = hornbill(url, "doctor", "--json")
         assert (as_json.exit_code, [one["code"] for one in json.loads(as_json.stdout)]) == (1, ["no_bus"])
 

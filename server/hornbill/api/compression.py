@@ -12,7 +12,7 @@ from hornbill.api.security.roles import ROW, RouteRole
 SMALLEST: Final = 1500
 """Size from which a response is compressed, bytes: smaller ones fit in one packet, among them those of Stop."""
 _LEVEL: Final = 4
-"""40 % faster than the default of 9 for 5 % more bytes. 100 kB take 1 ms."""
+"""Takes about a quarter of the time of the default of 9, for 13 to 22 % more bytes."""
 
 
 class JsonGzip:

@@ -40,7 +40,7 @@ REQUESTS: Final[Mapping[Cause, str]] = {
 }
 """By cause of a problem. Parts in braces are filled with facts of the problem if it has them."""
 
-_ADVISED: Final[Mapping[Advice, str]] = {
+ADVISED: Final[Mapping[Advice, str]] = {
     "change_own_node_id": "HORNBILL_NODE_ID={other_id} hornbill serve",
     "check_adapter": "PUT /api/v1/bus",
     "check_timing_and_wiring": "PUT /api/v1/bus",
@@ -66,7 +66,7 @@ def remedy(finding: Finding) -> str | None:
     """Remedy of a finding, followed by the request that applies it."""
     if finding.remedy is None or finding.advice is None:
         return finding.remedy
-    return finding.remedy + _named(_ADVISED.get(finding.advice), finding.params)
+    return finding.remedy + _named(ADVISED.get(finding.advice), finding.params)
 
 
 def _named(request: str | None, values: Mapping[str, object]) -> str:

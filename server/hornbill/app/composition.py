@@ -95,6 +95,8 @@ def build(
                 for recipe in demo_fleet(catalog, settings.servos, settings.seed) if shown else ():
                     static = recipe.node_id if settings.autopilot is None or not recipe.node_id else recipe.node_id + 10
                     bench.add(replace(recipe, node_id=static))  # 10 is the autopilot's
+            if bench is not None:
+                stack.push_async_callback(bench.close)  # after the host, so that servos confirm that torque is off
             app.state.bench = bench if at_once else None
             # The embedded bus can be selected on the page. It does not run before that, nor with another bus.
             chosen = None if embedded is None else bench
@@ -122,8 +124,6 @@ def build(
             app.state.adapters = adapters = Adapters(ports.own, memory=bauds)
             stack.callback(adapters.close)
             poses.follow(host, viewer)
-            if bench is not None:
-                stack.push_async_callback(bench.close)
             address = EMBEDDED if at_once and embedded is not None else settings.bus
             if address is not None:
                 role = ("guest" if settings.autopilot else "host") if demo else settings.role

@@ -93,10 +93,32 @@ def changes_of(words: list[str]) -> dict[str, bool | int | float | str]:
 
 LOCAL_URL = "http://127.0.0.1:8000"
 SERVO_HELP = "Label, serial or unique ID (or its first digits)."
+
+
+def _server(context: typer.Context, given: str) -> str:
+    """Address after the command, else before it, else HORNBILL_URL, else this computer."""
+    before: str | None = context.find_root().params.get("server")
+    source = context.get_parameter_source("server")
+    return before if before and source is not None and source.name != "COMMANDLINE" else given
+
+
 Server = Annotated[
-    str, typer.Option(envvar="HORNBILL_URL", help="Address of the server. The token is read from HORNBILL_TOKEN.")
+    str,
+    typer.Option(
+        envvar="HORNBILL_URL",
+        help="Address of the server; also before the command. The token is read from HORNBILL_TOKEN.",
+        callback=_server,
+    ),
 ]
+AnyServer = Annotated[
+    str | None, typer.Option("--server", metavar="URL", help="Address of the server, for commands that use one.")
+]
+"""The same before the command."""
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON; errors, too, on standard error.", callback=use_json)]
+AsJsonLines = Annotated[
+    bool,
+    typer.Option("--json", help="Print one JSON object per line; errors, too, on standard error.", callback=use_json),
+]
 ServoName = Annotated[
     str, typer.Argument(metavar="SERVO", help=SERVO_HELP, autocompletion=complete_servo),
 ]  # fmt: skip

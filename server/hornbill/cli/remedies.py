@@ -1,4 +1,7 @@
-"""Remedies in terms of the command line, by cause of an error. The layers below know no commands."""
+"""Remedies in terms of the command line, by cause of an error and advice of a finding.
+
+The layers below know no commands.
+"""
 
 import re
 from collections.abc import Mapping
@@ -45,6 +48,19 @@ COMMANDS: Final[Mapping[str, str]] = {
 }
 """By cause of a problem of the server. Parts in braces are filled with facts of the problem if it has them."""
 
+ADVISED: Final[Mapping[str, str]] = {
+    "check_adapter": "hornbill bus connect INTERFACE:CHANNEL",
+    "check_timing_and_wiring": "hornbill bus connect INTERFACE:CHANNEL",
+    "connect_adapter": "hornbill bus adapters, hornbill bus connect INTERFACE:CHANNEL",
+    "free_node_id": "hornbill node-ids list, hornbill node-ids release SERVO",
+    "keep_one_allocator": "hornbill node-ids set-allocator off",
+    "turn_allocator_on": "hornbill node-ids set-allocator on",
+}
+"""By advice of a finding, if the server names a request for programs."""
+
+_REQUEST: Final = " Use: "
+"""Start of the request in a remedy of the server."""
+
 _PART: Final = re.compile(r"\{(\w+)\}")
 _METAVARS: Final = {"uid": "SERVO", "snapshot_id": "SNAPSHOT"}
 
@@ -56,3 +72,11 @@ def detail(error: HornbillError) -> str:
         return error.detail
     filled = _PART.sub(lambda part: str(error.facts.get(part[1]) or _METAVARS[part[1]]), command)
     return f"{error.summary or error.detail} Use: {filled}."
+
+
+def of_finding(remedy: str | None, advice: str | None) -> str | None:
+    """Remedy of a finding with the command that applies it, in place of the request for programs. None if none."""
+    command = ADVISED.get(advice or "")
+    if remedy is None or command is None:
+        return remedy
+    return f"{remedy.partition(_REQUEST)[0]}{_REQUEST}{command}."

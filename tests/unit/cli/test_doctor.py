@@ -6,14 +6,19 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from contract.test_doc_references import command_error
+from hornbill.api.remedies import ADVISED as REQUESTS
+from hornbill.api.remedies import remedy
 from hornbill.cli import app
+from hornbill.cli.remedies import ADVISED
 from hornbill.client.sync.connection import Connection
+from hornbill.domain.bus import Finding
 
 
-def finding(severity: str, text: str, remedy: str | None = None) -> dict[str, Any]:
+def finding(severity: str, text: str, remedy: str | None = None, advice: str | None = None) -> dict[str, Any]:
     return {
         "code": text.casefold().replace(" ", "_"), "severity": severity, "text": text, "evidence": f"{text}: 3 times.",
-        "remedy": remedy, "node_ids": [], "uids": [],
+        "remedy": remedy, "node_ids": [], "uids": [], "advice": advice,
     }  # fmt: skip
 
 
@@ -58,3 +63,22 @@ def test_a_finding_is_printed_with_evidence_and_remedy(monkeypatch: pytest.Monke
     ]
     _, text = doctor([WARNING, *OK], monkeypatch, "--json")
     assert json.loads(text) == [WARNING]
+
+
+def test_a_finding_names_a_command_for_each_advice_with_a_request() -> None:
+    assert set(ADVISED) == {advice for advice, named in REQUESTS.items() if "/api/" in named}
+    for commands in ADVISED.values():
+        for one in commands.split(", "):
+            assert command_error(one.split()[1:], complete=False) == "", one
+
+
+@pytest.mark.parametrize("flags", [(), ("--json",)])
+def test_the_command_replaces_the_request_of_the_server(
+    flags: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waiting = Finding("allocator_off", "warning", "It waits.", "For 9 s.", "Turn it on.", advice="turn_allocator_on")
+    assert "PUT /api/v1/" in (remedy(waiting) or "")
+    found = finding("warning", "It waits", remedy(waiting), waiting.advice)
+    _, text = doctor([found], monkeypatch, *flags)
+    assert "Turn it on. Use: hornbill node-ids set-allocator on." in text
+    assert "/api/" not in text

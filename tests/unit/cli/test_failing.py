@@ -87,11 +87,34 @@ def test_with_json_an_error_has_all_facts_of_the_problem(
     }  # fmt: skip
 
 
-def test_the_option_selects_json_for_one_command() -> None:
-    words = ["list", "--server", "http://127.0.0.1:9"]
-    found = json.loads(CliRunner().invoke(app, [*words, "--json"]).stderr)
-    assert (found["code"], found["exit_code"], found["sent"]) == ("server_unreachable", 3, False)
-    assert CliRunner().invoke(app, words).stderr.startswith("server_unreachable: ")
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (["list", "--server", "http://127.0.0.1:9"], "server_unreachable"),
+        (["watch", "--server", "http://127.0.0.1:9"], "server_unreachable"),
+        (["decode", "missing.log"], "log_failed"),
+    ],
+)
+def test_the_option_selects_json_for_one_command(words: list[str], code: str) -> None:
+    done = CliRunner().invoke(app, [*words, "--json"])
+    found = json.loads(done.stderr)
+    assert (found["code"], found["exit_code"]) == (code, done.exit_code)
+    assert CliRunner().invoke(app, words).stderr.startswith(f"{code}: ")
+
+
+@pytest.mark.parametrize(
+    ("words", "port"),
+    [
+        ("list", 7),
+        ("list --server http://127.0.0.1:8", 8),
+        ("--server http://127.0.0.1:9 list", 9),
+        ("--server http://127.0.0.1:9 bus show", 9),
+        ("--server http://127.0.0.1:9 list --server http://127.0.0.1:8", 8),
+    ],
+)
+def test_the_server_is_named_before_or_after_the_command_or_in_the_environment(words: str, port: int) -> None:
+    done = CliRunner().invoke(app, words.split(), env={"HORNBILL_URL": "http://127.0.0.1:7"})
+    assert f"http://127.0.0.1:{port}: " in done.stderr
 
 
 @pytest.mark.parametrize("words", [("set", "S", "angle_p_gain"), ("sim",), ("set-up", "S", "arm_mm")])

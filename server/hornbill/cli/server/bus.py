@@ -7,6 +7,7 @@ import typer
 from hornbill.cli.confirm import Yes, require_confirmation
 from hornbill.cli.connection import LOCAL_URL, AsJson, Server, client
 from hornbill.cli.failing import Exit
+from hornbill.cli.server.version import shown
 from hornbill.cli.showing import cell, instant, print_json, print_table
 
 if TYPE_CHECKING:
@@ -188,7 +189,7 @@ def health(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
     if as_json:
         print_json(found)
     else:
-        print(f"hornbill {found['version']}, uptime {found['uptime_s']:.0f} s, bus {found['bus']}")
+        print(f"{shown(found['version'], found['commit'])}, uptime {found['uptime_s']:.0f} s, bus {found['bus']}")
         rows = [
             (name, part["state"], " ".join(one["text"] for one in part["findings"]))
             for name, part in found["parts"].items()

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from hornbill.cli import remedies
 from hornbill.cli.connection import LOCAL_URL, AsJson, Server, client
 from hornbill.cli.failing import Exit
 from hornbill.cli.showing import print_json, print_table
@@ -20,6 +21,8 @@ def doctor(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
     """Diagnose the bus: problems and remedies. The exit code is 1 if there is a warning or failure."""
     with client(server) as hornbill:
         checks = hornbill.doctor()
+    for one in checks:
+        one["remedy"] = remedies.of_finding(one["remedy"], one.get("advice"))
     found = [one for one in checks if one["severity"] != "ok"]
     if as_json:
         print_json(found)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from hornbill.cli import remedies
-from hornbill.cli.connection import LOCAL_URL, AsJson, Server, ServoName, client
+from hornbill.cli.connection import LOCAL_URL, AsJson, AsJsonLines, Server, ServoName, client
 from hornbill.cli.failing import Exit, code_of, failures
 from hornbill.cli.showing import print_json, print_table
 from hornbill.errors import CannotStart, InvalidValue
@@ -260,7 +260,7 @@ def truth(servo: ServoName, server: Server = LOCAL_URL, as_json: AsJson = False)
 
 def decode(
     log: Annotated[str, typer.Argument(metavar="LOG", help="candump -l, ASC, BLF or CSV file; - for standard input.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")] = False,
+    as_json: AsJsonLines = False,
 ) -> None:
     """Print the DroneCAN transfers of a log, or live: candump -L can0 | hornbill decode -"""
     from hornbill.app.decode import decode_log

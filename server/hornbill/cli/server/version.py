@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from hornbill import __version__, resources
-from hornbill.cli.connection import AsJson
+from hornbill.cli.connection import AnyServer, AsJson
 from hornbill.cli.showing import print_json
 
 
@@ -29,10 +29,14 @@ ShowVersion = Annotated[
 ]
 
 
-def options(version: ShowVersion = False) -> None:
+def options(version: ShowVersion = False, server: AnyServer = None) -> None:
     """Configure BLA15, BLA21 and BLA34 servos over DroneCAN."""
 
 
 def _text() -> str:
-    commit = resources.commit()
-    return f"hornbill {__version__}" + (f" (commit {commit})" if commit else "")
+    return shown(__version__, resources.commit())
+
+
+def shown(number: str, commit: str | None) -> str:
+    """A version and its commit, if known, in a sentence."""
+    return f"hornbill {number}" + (f" (commit {commit})" if commit else "")

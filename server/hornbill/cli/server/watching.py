@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hornbill.cli.connection import LOCAL_URL, SERVO_HELP, Server, client, complete_key, complete_servo
+from hornbill.cli.connection import (
+    LOCAL_URL,
+    SERVO_HELP,
+    AsJsonLines,
+    Server,
+    client,
+    complete_key,
+    complete_servo,
+)
 
 if TYPE_CHECKING:
     from hornbill.client import Hornbill, Servo
@@ -31,7 +39,7 @@ def watch(
     rate: Annotated[float, typer.Option(help="Polling rate of channels, Hz.", min=0.1, max=200)] = 10.0,
     seconds: Annotated[float | None, typer.Option(help="Duration, s. Default: until Ctrl-C.", min=0.1)] = None,
     server: Server = LOCAL_URL,
-    as_json: Annotated[bool, typer.Option("--json", help="Print every message, one JSON object per line.")] = False,
+    as_json: AsJsonLines = False,
 ) -> None:
     """Show events and state changes live, and samples of channels."""
     with client(server) as hornbill:

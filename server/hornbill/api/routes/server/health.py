@@ -1,5 +1,6 @@
 """Health of the server: alive, ready, and the state of each part, derived from the findings of the doctor."""
 
+import asyncio
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final, Literal, get_args
@@ -8,7 +9,7 @@ from fastapi import Request, Response
 from pydantic import Field
 from typing_extensions import TypeAliasType
 
-from hornbill import __version__
+from hornbill import __version__, resources
 from hornbill.api import present, remedies
 from hornbill.api.dependencies import TheHost
 from hornbill.api.routing import Routes
@@ -61,6 +62,7 @@ class Health(Model):
     status: PartState = Field(description="Worst state of the parts.")
     ready: bool = Field(description="No part has failed; `/ready` returns 200.")
     version: str = Field(description="Version of hornbill.")
+    commit: str | None = Field(description="Commit it was built from, `+` if changed since. Null if unknown.")
     uptime_s: float = Field(description="Time since its start, s.")
     bus: str = Field(description="State of the bus.")
     demo: bool = Field(description="Simulated servos on an embedded bus.")
@@ -89,6 +91,7 @@ async def get_health(host: TheHost, request: Request) -> Health:
         status=STATES[max(STATES.index(part.state) for part in parts.values())],
         ready=_is_ready(parts),
         version=__version__,
+        commit=await asyncio.to_thread(resources.commit),
         uptime_s=round(host.base.now() - host.started_at, 1),
         bus=present.bus(host).state,
         demo=bool(request.app.state.demo),
