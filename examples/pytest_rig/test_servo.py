@@ -31,9 +31,10 @@ def test_it_has_no_fault(hornbill_servo: Servo) -> None:
 
 def test_an_angle_beyond_its_limit_is_refused_with_the_limit(hornbill_servo: Servo, hornbill_lease: Lease) -> None:
     limit = hornbill_servo.read("angle_limit_cw")
+    assert isinstance(limit, float | int)
     hornbill_servo.torque("on")
     with pytest.raises(OutOfRange) as refused:
-        hornbill_servo.move(170)
+        hornbill_servo.move(limit + 1)
     assert refused.value.facts["maximum"] == limit
 
 

@@ -12,6 +12,7 @@ from behaviour.scene import scene
 from behaviour.secured import GIVEN, SecuredServer, secured
 from behaviour.test_metrics import of, scrape
 from behaviour.test_store_stalled import disk_full
+from hornbill import resources
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.doctor.server import DISK_FULL, DISK_LOW
 
@@ -50,6 +51,7 @@ async def test_a_failing_database_is_reported_until_a_write_succeeds(rig: Rig, s
         assert len(rig.events("store_failed")) == 1
         health = json(await rig.call("GET", "/health"))
         assert (health["status"], health["ready"]) == ("failed", False)
+        assert health["commit"] == resources.commit()
         (found,) = health["parts"]["store"]["findings"]
         assert "disk" in found["evidence"]
         assert await findings(rig) == ["database"]

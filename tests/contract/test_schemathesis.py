@@ -32,6 +32,9 @@ EXPECTED_500 = ("interrupted", "store_failed", "log_failed")
 """A failed disk, or a server that ended; any other 500 is a defect."""
 
 
+LONGEST_URL = 1 << 16
+"""Characters. The HTTP parser refuses longer ones before the API, in plain text."""
+
 ROWS = ("current_angle", "angle_p_gain", "torque_mode")
 """Parameters whose own routes are requested in `make test`: those of all parameters are alike."""
 
@@ -63,6 +66,8 @@ def check_responses(server: Server, mode: GenerationMode, *, examples: int, rows
         case.headers.pop("Idempotency-Key", None)  # the same key would get the same response again
         response = case.call(base_url=server.url.rstrip("/"), timeout=60)
         statuses[response.status_code] += 1
+        if response.status_code == 400 and len(str(response.request.url)) > LONGEST_URL:
+            return
         if response.status_code == 500 and response.json().get("code") not in EXPECTED_500:
             wrong[name] = response.text[:500]
         try:

@@ -61,7 +61,7 @@ def servo_never_seen(name: str) -> Unknown:
 
 
 def _resolved(name: str) -> Uid:
-    return resolve(_HOST.get(), name)
+    return Uid(name) if _UID.fullmatch(name) else resolve(_HOST.get(), name)  # unique IDs need no host
 
 
 def _if_known(name: str) -> str:

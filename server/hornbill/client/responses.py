@@ -991,6 +991,8 @@ class Health(TypedDict):
 
     bus: str
     """State of the bus."""
+    commit: str | None
+    """Commit it was built from, `+` if changed since. Null if unknown."""
     demo: bool
     """Simulated servos on an embedded bus."""
     parts: dict[str, Part]

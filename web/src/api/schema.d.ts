@@ -5582,6 +5582,8 @@ export interface components {
         Health: {
             /** @description State of the bus. */
             bus: string;
+            /** @description Commit it was built from, `+` if changed since. Null if unknown. */
+            commit: string | null;
             /** @description Simulated servos on an embedded bus. */
             demo: boolean;
             /** @description State of each part, by name. */
