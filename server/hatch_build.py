@@ -28,7 +28,7 @@ class CustomBuildHook(BuildHookInterface):
         page = root / "web" / "dist"
         if not (page / "index.html").is_file():
             raise RuntimeError(f"The page is not built: {page} has no index.html. Run 'make build'.")
-        _include(build_data, root / "schemas", "schemas", but={"openapi.json"})  # the documentation has it, too
+        _include(build_data, root / "schemas", "schemas", but={"openapi.json"})  # the server makes it
         build_data["force_include"][str(page)] = "hornbill/_data/web"
         docs = root / "docs" / "dist"
         if (docs / "index.html").is_file():

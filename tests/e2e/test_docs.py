@@ -100,6 +100,8 @@ def test_a_page_is_found_read_in_dark_mode_and_passes_axe(page: Page, demo: Demo
 @pytest.mark.usefixtures("built")
 def test_documentation_and_page_share_the_theme(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "docs/")
+    icons = "[...document.querySelectorAll('button use')].filter(one => one.getBoundingClientRect().width > 10)"
+    page.wait_for_function(f"{icons}.length > 0")  # from their file
     page.get_by_role("button", name="color theme").first.click()
     chosen = page.locator("html").get_attribute("data-theme")
     assert page.evaluate("localStorage.getItem('hornbill.theme')") == chosen

@@ -48,7 +48,9 @@ def demo() -> Iterator[Running]:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = int(free.getsockname()[1])
-    look = 'id -u; python -m pip --version 2>&1; python -c "import sys; print(sys.prefix)"; test -w . && pwd; exec "$@"'
+    look = """id -u; python -m pip --version 2>&1; python -c "import sys; print(sys.prefix)"; test -w . && pwd
+    python -c "import json; print(*(a['name'] for a in json.load(open('/opt/hornbill/sbom.cdx.json'))['components']))"
+        exec "$@" """
     command = ["sh", "-c", look, "sh", *words("ENTRYPOINT"), *words("CMD"), "--port", str(port)]
     process = subprocess.Popen(
         [check, str(ROOT), "--", *command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
@@ -73,11 +75,12 @@ def demo() -> Iterator[Running]:
 
 
 def test_it_runs_as_an_ordinary_user_without_a_package_manager(demo: Running) -> None:
-    user, pip, prefix, folder, *_ = demo.output
+    user, pip, prefix, folder, contents, *_ = demo.output
     assert user == "1000"
     assert "No module named pip" in pip
     assert prefix == "/opt/hornbill"
     assert folder == "/data", "the data folder is writable"
+    assert {"fastapi", "viser", "uplot"} <= set(contents.split()), "its bill of materials"
 
 
 def test_its_demo_serves_the_page_and_six_servos(demo: Running) -> None:

@@ -50,7 +50,7 @@ def _api_index(by_tag: Mapping[str, list[tuple[str, str, dict[str, Any]]]]) -> s
     lines = [
         "# The API", "",
         "REST below `/api/v1`, with JSON requests and responses. A running server serves its OpenAPI document at "
-        "`/api/v1/openapi.json`; that of this version is [openapi.json](../../../schemas/generated/openapi.json). "
+        "`/api/v1/openapi.json`; the repository has that of this version, `schemas/generated/openapi.json`. "
         "Errors have a status of 400 or more and a body of type `application/problem+json` with `code` and `detail`. "
         "The codes of each operation are listed below. In addition, any request may fail with these codes:", "",
         "| code | status |", "| --- | --- |",
