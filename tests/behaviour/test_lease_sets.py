@@ -6,9 +6,12 @@ from typing import Any
 
 from behaviour.actions import move
 from behaviour.losing import HOLDING
-from behaviour.rig import Rig, json, problem
+from behaviour.rig import Rig, Socket, json, problem
 from behaviour.scene import scene
+from hornbill.errors import Busy
 from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.jobs import RunningJob
+from hornbill.servo.runtime.steps import Step
 
 THREE = [replace(HOLDING, servo_id=n, node_id=10 + n) for n in (1, 2, 3)]
 
@@ -59,6 +62,77 @@ async def test_two_stations_share_a_bus(rig: Rig, servos: list[Servo]) -> None:
     assert outputs(rig, one, two) == [0, 1], "torque is off on what that lease commanded, and on nothing else"
     assert [row["holder"] for row in json(await rig.call("GET", "/leases"))] == ["left"]
     assert json(await rig.call(*command(one), lease=left["id"]))["value"] == 1.0
+
+
+@scene(*THREE)
+async def test_all_clients_see_all_leases_and_a_lease_is_extended(rig: Rig, servos: list[Servo]) -> None:
+    one, two, three = servos
+    left = await take(rig, "left", one)
+    right = await take(rig, "right", two)
+    page = Socket(rig.app)
+    shown = await page.receive("lease")
+    assert [(row["holder"], row["uids"]) for row in shown["leases"]] == [("left", [one.uid]), ("right", [two.uid])]
+    assert shown["lease"] == shown["leases"][0]
+    await move(rig, one, left["id"])
+    path = f"/leases/{left['id']}"
+    held = problem(await rig.call("PUT", path, {"uids": [two.uid, three.uid]}), "lease_held", 409)
+    assert held["holder"] == "right"
+    problem(await rig.call("PUT", path, {"uids": ["nope"]}), "unknown_servo", 404)
+    assert json(await rig.call("PUT", path))["uids"] == [one.uid]
+    assert json(await rig.call("PUT", path, {"uids": [three.serial]}))["uids"] == sorted([one.uid, three.uid])
+    assert outputs(rig, one) == [0], "what was commanded continues"
+    await move(rig, three, left["id"])
+    shown = await page.receive("lease")
+    assert [row["uids"] for row in shown["leases"]] == [sorted([one.uid, three.uid]), [two.uid]]
+    json(await rig.call("DELETE", f"/leases/{right['id']}"))
+    wanted = {"holder": "Bob", "ttl_s": 9.0, "timeout_s": 10.0, "uids": [two.uid]}
+    await rig.call("POST", "/leases/requests", wanted)
+    await rig.call("POST", "/leases/requests", {**wanted, "holder": "Eve", "uids": [one.uid]})
+    problem(await rig.call("PUT", path, {"uids": [two.uid]}), "lease_held", 409)
+    json(await rig.call("DELETE", path))
+    assert outputs(rig, one, three) == [1, 1], "the end of the lease reaches what was added"
+    problem(await rig.call("PUT", path, {"uids": [one.uid]}), "unknown_lease", 404)
+    taken = [row["notes"] for row in json(await rig.call("GET", "/audit?action=lease")) if row["outcome"] == "taken"]
+    assert [f"{uid[:8]}…" for uid in sorted([one.uid, three.uid])] in [
+        note["params"]["servos"] for notes in taken for note in notes
+    ]
+    await page.close()
+
+
+@scene(*THREE)
+async def test_a_request_for_servos_of_two_holders_names_both(rig: Rig, servos: list[Servo]) -> None:
+    for name, servo in zip(("A", "B"), servos, strict=False):
+        await take(rig, name, servo)
+    wanted = {"holder": "Bob", "ttl_s": 9.0, "timeout_s": 3.0}
+    request = json(await rig.call("POST", "/leases/requests", wanted), 202)
+    assert [row["request"]["by"] for row in json(await rig.call("GET", "/leases"))] == ["Bob", "Bob"]
+    assert rig.logged("lease_requested")[0][2]["holder"] == "A, B"
+    for _ in range(4):
+        await asyncio.sleep(1)
+        request = json(await rig.call("GET", f"/leases/requests/{request['id']}"))
+    assert request["state"] == "granted"
+    assert rig.logged("lease_passed")[0][2]["holder"] == "A, B"
+
+
+@scene(*THREE)
+async def test_a_job_is_resumed_unless_a_lease_covers_its_servos(rig: Rig, servos: list[Servo]) -> None:
+    one, two, _ = servos
+
+    async def fails(job: RunningJob) -> dict[str, object]:
+        raise Busy("It fails once.", cause=None)
+
+    async def works(job: RunningJob) -> dict[str, object]:
+        return {}
+
+    rig.host.jobs.resumers["profile"] = lambda job: works
+    steps = [Step("check", "check", uid=servo.uid) for servo in (one, two)]
+    job = await rig.host.jobs.wait(rig.host.jobs.start("profile", None, steps, fails, {"any": 1}))
+    path = f"/jobs/{job.id}/resume?wait=true"
+    await take(rig, "right", servos[2])
+    held = await take(rig, "left", two)
+    assert problem(await rig.call("POST", path), "lease_held", 409)["holder"] == "left"
+    json(await rig.call("DELETE", f"/leases/{held['id']}"))
+    assert json(await rig.call("POST", path))["state"] == "succeeded", "the lease of a third servo does not matter"
 
 
 @scene(*THREE)

@@ -176,6 +176,19 @@ async def test_triggers_during_a_recording_are_marks_in_it(rig: Rig, servo: Serv
     assert content["complete"]
 
 
+@recorded(*TWO)
+async def test_it_says_who_had_motion_control_of_which_servos(rig: Rig) -> None:
+    servos = await rig.ready(2)
+    for holder, servo in zip(("A", "B"), servos, strict=True):
+        json(await rig.call("POST", "/leases", {"holder": holder, "ttl_s": 9, "uids": [servo.uid]}), 201)
+    json(await rig.call("POST", "/recorder/recordings", {"reason": "A click"}), 202)
+    (one,) = await written(rig)
+    content = json(await rig.call("GET", f"/recorder/recordings/{one['name']}/content"))
+    noted = [each["leases"] for each in content["events"] if each["type"] == "lease"]
+    a, b = ({"holder": holder, "uids": [servo.uid]} for holder, servo in zip(("A", "B"), servos, strict=True))
+    assert noted[:2] == [[a], [a, b]]
+
+
 @recorded()
 async def test_a_manual_recording_covers_the_requested_time_and_servos_found_after_the_mark(
     rig: Rig, tmp_path: Path

@@ -74,7 +74,7 @@ def row(server: Reachable, uid: str, key: str) -> dict[str, Any]:
 
 def read(server: Reachable, uid: str, key: str) -> Any:
     """Value of a row, read now."""
-    return server.api.get(f"/servos/{uid}/parameters/{key}", params={"fresh": "true"}).json()["value"]
+    return server.api.get(f"/servos/{uid}/parameters/{key}").json()["value"]
 
 
 def write(server: Reachable, uid: str, key: str, value: Any, **more: Any) -> None:

@@ -96,6 +96,54 @@ def test_taking_motion_control_needs_a_reason_and_ends_motion(page: Page, other:
     no_lease(demo)
 
 
+def test_two_rigs_have_servos_and_the_page_moves_a_third(page: Page, demo: Demo) -> None:
+    free = servo_of(demo, "BLA21-12U-A0")
+    others = [
+        str(one["uid"]) for one in demo.api.get("/servos").json() if one["state"] == "ready" and one["uid"] != free
+    ]
+
+    def take(holder: str, *uids: str) -> dict[str, str]:
+        body = {"holder": holder, "ttl_s": 60, "uids": uids}
+        return {"Lease": demo.api.post("/leases", json=body).raise_for_status().json()["id"]}
+
+    def gate(uid: str, holder: str) -> None:
+        page.goto(f"{demo.url}servos/{uid}/motion")
+        expect(page.get_by_test_id("take-over")).to_contain_text(f"{holder} has motion control")
+        expect(page.get_by_test_id("enable-motion")).to_be_disabled()
+
+    rig_a, rig_b = take("Rig A", *others[:2]), take("Rig B", others[2])
+    page.set_viewport_size(TABLET)
+    for uid, holder in zip(others, ("Rig A", "Rig A", "Rig B"), strict=False):
+        gate(uid, holder)
+    shown = page.get_by_test_id("bar-motion")
+    expect(shown).to_contain_text("Rig A: 2, Rig B: 1")
+    assert complaints(page) == []
+
+    begin(page, demo, free)
+    expect(shown).to_contain_text("Rig A: 2, Rig B: 1, You: 1")
+    assert [row["uids"] for row in demo.api.get("/leases").json()][2:] == [[free]]
+    page.get_by_test_id("disable-motion").click()
+
+    gate(others[2], "Rig B")
+    page.get_by_test_id("request-lease").click()
+    expect(page.get_by_test_id("request-withdraw")).to_be_visible()
+    requests = {row["holder"]: row["request"] for row in demo.api.get("/leases").json()}
+    assert requests["Rig A"] is None, "the request concerns the lease that covers this servo"
+    path = f"/leases/requests/{requests['Rig B']['id']}/refuse"
+    demo.api.post(path, headers=rig_b).raise_for_status()
+    expect(page.get_by_test_id("motion-refusal")).to_contain_text("Rig B keeps motion control.")
+    page.get_by_test_id("take-lease").click()
+    page.get_by_test_id("take-dialog").get_by_test_id("take-reason").fill("it runs into the wing")
+    page.get_by_test_id("take-now").click()
+    expect(page.get_by_test_id("take-over")).to_contain_text("You have motion control")
+    found = [(row["holder"], row["uids"]) for row in demo.api.get("/leases").json()]
+    assert [uids for _, uids in found] == [sorted(others[:2]), others[2:3]]
+    assert found[0][0] == "Rig A", "it goes on"
+    page.get_by_test_id("give-back").click()
+    demo.api.delete(f"/leases/{rig_a['Lease']}").raise_for_status()
+    no_lease(demo)
+
+
 def test_a_copied_tab_is_another_client(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     holder = begin(page, demo, uid)

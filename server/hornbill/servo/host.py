@@ -340,7 +340,6 @@ class Host:
         """Condition of this bench, for the other benches of its database."""
         connection, online = self.connection, [one for one in self.fleet.seen() if one.online]
         port = NO_PORT if connection is None else connection.port
-        holders = [lease.holder for lease in self.leases.valid(self.base.now())]
         return BenchStatus(
             bus=port.address or None,
             bus_state=port.state.value,
@@ -349,7 +348,7 @@ class Host:
             servos_total=sum(one.bench in (None, self.bench) for one in self.store.servos.all()),
             faults=sum(bool(one.raw("fault_warning") or one.raw("fault_failure")) for one in online),
             bus_load_pct=None if connection is None else round(connection.load_pct, 2),
-            holder=", ".join(holders) or None,
+            holder=self.leases.holders(self.base.now()) or None,
             torque_stopped=self.stop.latched,
         )
 

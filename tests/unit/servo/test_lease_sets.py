@@ -99,6 +99,24 @@ class LeaseMachine(RuleBasedStateMachine):
             assert valid
             self.ends[lease.id] = self.now + lease.ttl_s
 
+    @rule(index=INDEX, uids=st.frozensets(st.sampled_from(SERVOS), min_size=1))
+    def extend(self, index: int, uids: frozenset[Uid]) -> None:
+        if (lease := self.pick(index)) is None:
+            return
+        valid, before = lease in self.valid(), lease.uids
+        others = any(self.owner(servo) not in (None, lease) for servo in uids)
+        promised = not set(uids).isdisjoint(self.promised)
+        found = attempt(lambda: self.leases.extend(lease.id, self.now, uids))
+        if not valid:
+            assert isinstance(found, Unknown)
+        elif covered(before) >= set(uids) or not (others or promised):
+            assert found is lease
+            assert covered(lease.uids) == covered(before) | set(uids)
+            self.ends[lease.id] = self.now + lease.ttl_s
+        else:
+            assert isinstance(found, LeaseHeld if others else Busy)
+            assert lease.uids == before
+
     @rule(index=INDEX)
     def release(self, index: int) -> None:
         if (lease := self.pick(index)) is not None and lease in self.valid():

@@ -809,7 +809,8 @@ export interface paths {
          * Resume job
          * @description Resume a job that failed, was cancelled or was interrupted by the end of the server. Completed steps are kept.
          *
-         *     Requires `resumable`. Jobs are never resumed automatically.
+         *     Requires `resumable`. Jobs are never resumed automatically. Refused while another client has motion control of one
+         *     of the job's servos.
          */
         post: operations["resume_job"];
         delete?: never;
@@ -926,6 +927,8 @@ export interface paths {
         /**
          * Renew lease
          * @description Renew a lease for `ttl_s` from now (heartbeat). The response contains any pending request for motion control.
+         *
+         *     With a body, `uids` are added to the lease; what is commanded under it continues.
          */
         put: operations["renew_lease"];
         post?: never;
@@ -6132,11 +6135,13 @@ export interface components {
         };
         /**
          * LeaseMessage
-         * @description Current holder of motion control.
+         * @description Motion control changed. A servo is covered by at most one lease.
          */
         LeaseMessage: {
-            /** @description Current lease. Null if no client has motion control. */
+            /** @description The oldest of `leases`. Null if no client has motion control. */
             lease: components["schemas"]["LeaseView"] | null;
+            /** @description All leases, oldest first. Empty if no client has motion control. */
+            leases: components["schemas"]["LeaseView"][];
             /** @description Sequence number on this connection. A gap means lost messages. */
             seq: number;
             /**
@@ -6144,6 +6149,14 @@ export interface components {
              * @enum {string}
              */
             type: "lease";
+        };
+        /**
+         * LeaseRenewal
+         * @description Servos to add to a lease.
+         */
+        LeaseRenewal: {
+            /** @description Servos to add to the lease, if they are free. */
+            uids?: string[];
         };
         /**
          * LeaseRequest
@@ -11981,7 +11994,11 @@ export interface operations {
             };
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["LeaseRenewal"] | null;
+            };
+        };
         responses: {
             /** @description Success. */
             200: {
@@ -11992,8 +12009,10 @@ export interface operations {
                     "application/json": components["schemas"]["Lease"];
                 };
             };
-            /** @description `unknown_lease` */
+            /** @description `unknown_lease`, `unknown_servo` */
             404: components["responses"]["Problem"];
+            /** @description `lease_held`, `busy`, `conflict` */
+            409: components["responses"]["Problem"];
             422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };

@@ -1,4 +1,4 @@
-/** State of the whole bench: bus, lease, stop latch, events. */
+/** State of the whole bench: bus, leases, stop latch, events. */
 import { computed, signal } from "@preact/signals";
 import type { Bus, EventCode, EventLevel, LeaseView, Params, Stop } from "../api/types";
 import { monotonic } from "./clock";
@@ -17,17 +17,22 @@ export interface HeldLease extends LeaseView {
   passesAt: number | null;
 }
 
-export const lease = signal<HeldLease | null>(null);
+/** All leases, oldest first. One that has ended may still be here for a moment. A servo is covered by one at most. */
+export const leases = signal<readonly HeldLease[]>([]);
 
-export function setLease(view: LeaseView | null | undefined): void {
+export function setLeases(views: readonly LeaseView[]): void {
   const at = monotonic();
-  lease.value = view
-    ? {
-        ...view,
-        endsAt: at + view.expires_in_s,
-        passesAt: view.request ? at + view.request.expires_in_s : null,
-      }
-    : null;
+  leases.value = views.map(view => ({
+    ...view,
+    endsAt: at + view.expires_in_s,
+    passesAt: view.request ? at + view.request.expires_in_s : null,
+  }));
+}
+
+/** Whether a lease covers any of these servos. */
+export function covers(view: Pick<LeaseView, "uids">, servos: readonly string[]): boolean {
+  const { uids } = view;
+  return uids === null || servos.some(uid => uids.includes(uid));
 }
 
 export const stop = signal<Stop | null>(null);

@@ -4,7 +4,7 @@ import { API, callApi } from "../api/client";
 import { type LinkState, Live } from "../api/live";
 import type { ClientMessage, Params, ServerMessage } from "../api/types";
 import { telemetry } from "../telemetry/store";
-import { addEvent, bus, setLease, stop } from "./bench";
+import { addEvent, bus, setLeases, stop } from "./bench";
 import { loadCatalog } from "./catalog";
 import { monotonic } from "./clock";
 import * as fleet from "./fleet";
@@ -119,7 +119,7 @@ function receive(message: ServerMessage): void {
       for (const act of monitors) act(message);
       break;
     case "lease":
-      setLease(message.lease);
+      setLeases(message.leases);
       break;
     case "stop":
       stop.value = message.stop;
@@ -140,9 +140,7 @@ async function refetch(): Promise<void> {
     callApi("GET", "/bus").then(response => {
       bus.value = response;
     }),
-    callApi("GET", "/leases").then(response => {
-      setLease(Array.isArray(response) ? response[0] : response);
-    }),
+    callApi("GET", "/leases").then(setLeases),
     callApi("GET", "/stop").then(response => {
       stop.value = response;
     }),

@@ -2,7 +2,7 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Stop } from "../api/types";
 import { stopButton } from "../testing/stop-button";
-import { lease, setLease, stop } from "./bench";
+import { leases, setLeases, stop } from "./bench";
 import { holder, isOurs } from "./holder";
 import { link, live, type onRefusal } from "./link";
 import {
@@ -12,6 +12,7 @@ import {
   isOfOther,
   keepMotion,
   leaseFor,
+  leaseOfOther,
   type MotionQuestion,
   membersOf,
   motion,
@@ -37,6 +38,7 @@ vi.mock("./link", async original => ({
 }));
 
 const UID = "b".repeat(32);
+const LEASE = { uids: [UID], ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null };
 let sent: string[];
 let hideStop: () => void;
 let fail: { path: RegExp; status: number; body: unknown } | null;
@@ -58,7 +60,7 @@ beforeEach(() => {
       return new Response(JSON.stringify(fail.body), { status: fail.status });
     }
     if (path === "/leases") {
-      setLease({ shown_id: "L", holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
+      setLeases([{ ...LEASE, shown_id: "L", holder: holder() }]);
       return new Response(
         JSON.stringify({ id: "L", holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3 }),
       );
@@ -75,7 +77,7 @@ beforeEach(() => {
 
 afterEach(async () => {
   endMotion(null);
-  setLease(null);
+  setLeases([]);
   hideStop();
   await settle();
   forget(UID);
@@ -341,11 +343,11 @@ describe("motion", () => {
   test("a lease is ours by its ID: a copy of this tab with the same name is another client", async () => {
     const sendSpy = vi.spyOn(live, "send").mockReturnValue(true);
     await enableMotion(UID);
-    const ours = lease.value;
+    const ours = leases.value[0];
     if (!ours) throw new Error("no lease");
     expect([isOurs(ours), isOfOther(ours)]).toEqual([true, false]);
     sendSpy.mockClear();
-    setLease({ ...ours, shown_id: "twin" });
+    setLeases([{ ...ours, shown_id: "twin" }]);
     expect(sendSpy.mock.calls).toEqual([[{ type: "heartbeat", lease: "L" }]]);
     expect(isOfOther({ ...ours, shown_id: "twin" })).toBe(true);
     endMotion(null);
@@ -358,7 +360,7 @@ describe("motion", () => {
     await enableMotion(UID);
     sendSpy.mockClear();
     sent = [];
-    setLease(null);
+    setLeases([]);
     expect(sendSpy.mock.calls).toEqual([[{ type: "heartbeat", lease: "L" }]]);
     expect(motion.value.phase).toBe("on");
     // The response to the heartbeat of an ended lease; its new holder is published a moment later.
@@ -374,13 +376,49 @@ describe("motion", () => {
     });
     const why = "Motion ended: motion control was lost.";
     expect(motion.value).toEqual({ phase: "off", why });
-    setLease({ shown_id: "R", holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
+    setLeases([{ ...LEASE, shown_id: "R", holder: "Rig 3" }]);
     vi.advanceTimersByTime(700);
     vi.useRealTimers();
     const taken = "Motion ended: Rig 3 took motion control.";
     expect(motion.value).toEqual({ phase: "off", why: taken });
     const requested = [`GET /servos/${UID}/parameters/torque_mode`];
     expect(sent, "what is gone is not given back, and what became of torque is read").toEqual(requested);
+  });
+});
+
+describe("a lease covers what this page moves, beside those of other clients", () => {
+  const other = "c".repeat(32);
+  const rig = { ...LEASE, shown_id: "R", holder: "Rig 3", uids: [other] };
+
+  test("it is taken for these servos only, and the lease of another servo does not end it", async () => {
+    setLeases([rig]);
+    await enableMotion(UID);
+    expect(sent[0]).toContain(`"uids":["${UID}"]`);
+    setLeases([rig, { ...LEASE, shown_id: "L", holder: holder() }]);
+    expect([leaseOfOther(UID), leaseOfOther(other)?.holder]).toEqual([null, "Rig 3"]);
+    expect(motion.value.phase).toBe("on");
+  });
+
+  test("what ended it is the lease that covers its servo, not that of another servo", async () => {
+    await enableMotion(UID);
+    setLeases([rig]);
+    const error = {
+      type: "error",
+      seq: 1,
+      code: "unknown_lease",
+      detail: "",
+      summary: "",
+      params: {},
+    } as const;
+    received.refuse({ ...error, uid: null });
+    expect(motion.value).toEqual({ phase: "off", why: "Motion ended: motion control was lost." });
+    setLeases([rig, { ...LEASE, shown_id: "S", holder: "Rig 4" }]);
+    expect(motion.value).toEqual({ phase: "off", why: "Motion ended: Rig 4 took motion control." });
+  });
+
+  test("a lease of all servos covers every servo", () => {
+    setLeases([{ ...rig, uids: null }]);
+    expect([leaseOfOther(UID)?.holder, leaseOfOther(other)?.holder]).toEqual(["Rig 3", "Rig 3"]);
   });
 });
 
@@ -398,7 +436,10 @@ describe("the lease for a measurement", () => {
     await leaseFor(UID);
     expect(await leaseFor(UID, [other])).toBe("L");
     expect(membersOf(motion.value)).toEqual([UID, other]);
-    expect(sent.at(-1)).toBe(`POST /servos/${other}/torque {"mode":"on"} leased`);
+    expect(sent.slice(-2)).toEqual([
+      `PUT /leases/L {"uids":["${other}"]}`,
+      `POST /servos/${other}/torque {"mode":"on"} leased`,
+    ]);
   });
 
   test("is refused with the reason, and nothing stays on", async () => {

@@ -5,7 +5,7 @@ import { callApi, Problem, problemOf } from "../api/client";
 import type { Caution, Commanded, LeaseView, Reading, TorqueMode } from "../api/types";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
-import { lease as heldLease, stopped } from "./bench";
+import { covers, type HeldLease, leases, stopped } from "./bench";
 import { cautionText } from "./caution-text";
 import { monotonic } from "./clock";
 import { failureText, problemText } from "./facts";
@@ -89,6 +89,11 @@ export function leaseHeader(): Record<string, string> {
   return held.phase === "on" ? { Lease: held.lease } : {};
 }
 
+/** The lease of another client that covers this servo, or null. */
+export function leaseOfOther(uid: string): HeldLease | null {
+  return leases.value.find(one => covers(one, [uid]) && isOfOther(one)) ?? null;
+}
+
 /** Take the lease and turn torque on for the servo and `others`. Nothing moves: they hold their angles. */
 export async function enableMotion(
   uid: string,
@@ -98,7 +103,7 @@ export async function enableMotion(
   const members = [uid, ...others];
   try {
     if (!stopSeen()) throw new Problem("stop_hidden", 0, text.motion.stopHidden);
-    await takeControl(uid, members, group, async lease => {
+    await takeControl(members, members, group, async lease => {
       await energise(members, group, lease);
       return members;
     });
@@ -113,6 +118,7 @@ export async function leaseFor(uid: string, others: readonly string[] = []): Pro
   if (before.phase !== "on") await enableMotion(uid, others);
   else if (before.uid === uid) {
     const missing = others.filter(each => !before.others.includes(each));
+    if (missing.length > 0) await addToLease(before.lease, missing);
     await energise(missing, null, before.lease);
     if (missing.length > 0 && motion.peek() === before)
       motion.value = { ...before, others: [...before.others, ...missing] };
@@ -123,18 +129,19 @@ export async function leaseFor(uid: string, others: readonly string[] = []): Pro
 }
 
 /**
- * Take the lease, or continue ours. Servos whose output `switchOn` returns are under command from then on. If cancelled
+ * Take a lease of `members`, or continue ours. Servos whose output `switchOn` returns are under command from then on. If cancelled
  * meanwhile, or none is switched on, release the lease and write torque off to `off`; the server handles the others.
  * Throws on failure.
  */
 export async function takeControl(
-  uid: string,
+  members: readonly string[],
   off: readonly string[],
   group: Together | null,
   switchOn: (lease: string) => Promise<readonly string[]>,
 ): Promise<void> {
   const before = motion.peek();
-  if (before.phase !== "off" && before.phase !== "held") return;
+  const uid = members[0];
+  if (uid === undefined || (before.phase !== "off" && before.phase !== "held")) return;
   const requesting: Motion = { phase: "requesting", uid };
   // Cancelled, and perhaps requested again: not ours to continue.
   const still = () => motion.peek() === requesting;
@@ -149,7 +156,7 @@ export async function takeControl(
     const lease =
       before.phase === "held"
         ? before.lease
-        : (await callApi("POST", "/leases", { body: { holder: holder(), ttl_s: TTL_S } })).id;
+        : (await callApi("POST", "/leases", { body: { holder: holder(), uids: members, ttl_s: TTL_S } })).id;
     if (!still()) {
       await release(off, lease);
       return;
@@ -157,6 +164,8 @@ export async function takeControl(
     keep(lease);
     let on: readonly string[];
     try {
+      if (before.phase === "held" && members.some(each => each !== before.uid))
+        await addToLease(lease, members);
       on = await switchOn(lease);
     } catch (error) {
       if (still()) stopBeat();
@@ -178,6 +187,10 @@ export async function takeControl(
     end();
     throw error;
   }
+}
+
+async function addToLease(lease: string, uids: readonly string[]): Promise<void> {
+  await callApi("PUT", "/leases/{lease_id}", { path: { lease_id: lease }, body: { uids } });
 }
 
 function keep(lease: string): void {
@@ -399,19 +412,21 @@ export function presentAngle(uid: string): number | null {
 
 /** The lease ended or passed, so the server turns torque off. The new holder is reported shortly after. */
 function lost(): void {
-  for (const uid of membersOf(motion.peek())) void followRelease(uid);
-  forgetMotion(takenBy() ?? text.motion.endedLease, true);
+  const present = motion.peek();
+  const members = present.phase === "held" ? [present.uid] : membersOf(present);
+  for (const uid of membersOf(present)) void followRelease(uid);
+  forgetMotion(takenBy(members) ?? text.motion.endedLease, true);
   const before = motion.peek();
-  const end = heldLease.subscribe(() => {
-    const why = takenBy();
+  const end = leases.subscribe(() => {
+    const why = takenBy(members);
     if (why !== null && motion.peek() === before) motion.value = { phase: "off", why };
   });
   setTimeout(end, PASSING_MS);
 }
 
-function takenBy(): string | null {
-  const other = heldLease.peek();
-  return other && !isOurs(other) ? text.motion.endedByOther(who(other.holder)) : null;
+function takenBy(members: readonly string[]): string | null {
+  const other = leases.peek().find(one => covers(one, members) && !isOurs(one));
+  return other ? text.motion.endedByOther(who(other.holder)) : null;
 }
 
 /** Connect every event that ends motion. */
@@ -445,7 +460,7 @@ export function startMotion(): void {
     return () => clearTimeout(late);
   });
   effect(() => {
-    const mine = heldLease.value !== null && isOurs(heldLease.value);
+    const mine = leases.value.some(isOurs);
     const present = motion.peek();
     // Our lease has ended or passed: request it, because an older message may still arrive.
     if (!mine && (present.phase === "on" || present.phase === "held"))

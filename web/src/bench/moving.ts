@@ -1,7 +1,7 @@
 /** True if any horn moves or is commanded, as far as known; unknown counts as moving. */
 import { computed } from "@preact/signals";
 import { telemetry } from "../telemetry/store";
-import { lease, stop } from "./bench";
+import { leases, stop } from "./bench";
 import { monotonic, now } from "./clock";
 import { all, type KnownServo } from "./fleet";
 import { ended, jobs } from "./jobs";
@@ -27,7 +27,7 @@ export function moving(at: number = monotonic()): boolean {
   return (
     motionOn() ||
     !up.value ||
-    (lease.value !== null && lease.value.endsAt > at) ||
+    leases.value.some(one => one.endsAt > at) ||
     [...released.value.values()].some(state => state !== "off") ||
     (stop.value?.latched === true && stop.value.servos.some(one => !one.confirmed)) ||
     [...jobs.value.values()].some(job => !ended(job)) ||

@@ -53,7 +53,7 @@ beforeEach(() => {
     const body = init.body ? JSON.parse(String(init.body)) : {};
     const lease = (init.headers as Record<string, string>).Lease ? " leased" : "";
     sent.push(
-      `${init.method} ${path}${body.uids ? ` ${body.uids.map((u: string) => u[0])} [${body.confirm}]` : ""}${lease}`,
+      `${init.method} ${path}${body.uids ? ` ${body.uids.map((u: string) => u[0])}` : ""}${body.confirm ? ` [${body.confirm}]` : ""}${lease}`,
     );
     if (path === "/leases") return new Response(JSON.stringify({ id: "L".repeat(32) }));
     if (path.endsWith("/torque")) return new Response(JSON.stringify({ value: "off" }));
@@ -107,7 +107,7 @@ test("those that were named are restored, a load is agreed to only where one was
 test("motion control is taken for a servo with a timeout, and kept for those that are on", async () => {
   plan.servos = [prospect(FREE, { needs_lease: true }), prospect(BRAKED, { under_load: true })];
   await restore(plan, () => undefined);
-  expect(sent).toEqual(["POST /leases", "POST /stop/restore a,b [load] leased"]);
+  expect(sent).toEqual(["POST /leases a,b", "POST /stop/restore a,b [load] leased"]);
   expect(motion.value).toMatchObject({ phase: "on", uid: FREE, others: [BRAKED], torque: "on" });
 });
 

@@ -103,15 +103,14 @@ export async function restore(plan: OutputRestorePreview, report: Report): Promi
     for (const uid of on) forget(uid);
     return on;
   };
-  const first = uids[0];
-  if (first === undefined) return;
+  if (uids.length === 0) return;
   if (ownLease() === null && !able(plan).some(one => one.needs_lease)) {
     await run(null);
     return;
   }
   if (!stopSeen()) throw new Problem("stop_hidden", 0, text.motion.stopHidden);
   // A brake stays on if nothing was switched on: torque off is not written to it.
-  await takeControl(first, [], null, async lease => {
+  await takeControl(uids, [], null, async lease => {
     outputLease.value = lease;
     return await run(lease);
   });

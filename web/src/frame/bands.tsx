@@ -1,12 +1,12 @@
 /** Bands under the bar: no link, a stop that could not be sent, and the latched stop with its evidence. */
 import { useSignal } from "@preact/signals";
 import type { Stop } from "../api/types";
-import { bus, lease, stop } from "../bench/bench";
+import { bus, leases, stop } from "../bench/bench";
 import { now } from "../bench/clock";
 import { findings } from "../bench/doctor";
 import { nameOf, peekServo } from "../bench/fleet";
 import { clock, number, withUnit } from "../bench/format";
-import { holder, who } from "../bench/holder";
+import { holder, isOurs, who } from "../bench/holder";
 import { link, up } from "../bench/link";
 import { endMotion, keepMotion, membersOf, motion } from "../bench/motion";
 import { those } from "../bench/release";
@@ -120,7 +120,7 @@ function OutputBand() {
 /** A request for the motion control of this page. Its buttons are at the left, away from Stop. */
 function RequestBand() {
   const phase = motion.value.phase;
-  const held = lease.value;
+  const held = leases.value.find(one => isOurs(one) && one.request);
   const requested = held?.request;
   if ((phase !== "on" && phase !== "held") || !held || !requested) return null;
   const left = Math.max(0, Math.ceil((held.passesAt ?? now.value) - now.value));

@@ -1,12 +1,12 @@
 /** The top bar: bus, load on a ruled scale, counts by health, motion control, and Stop at its end. */
 import { useComputed } from "@preact/signals";
-import { bus, lease, stopped } from "../bench/bench";
+import { bus, type HeldLease, leases, stopped } from "../bench/bench";
 import { channelOf, retryIn } from "../bench/bus-now";
 import { now } from "../bench/clock";
 import type { ConditionKind } from "../bench/condition";
 import { all, nameOf, servo, uids } from "../bench/fleet";
 import { number, withUnit } from "../bench/format";
-import { who } from "../bench/holder";
+import { isOurs, who } from "../bench/holder";
 import { isOfOther, motion } from "../bench/motion";
 import { commandedHere, commanderOf, elsewhere } from "../bench/role";
 import { lastUid, pathOf } from "../bench/route";
@@ -165,8 +165,9 @@ function CountsCell() {
 function MotionCell() {
   const uid = lastUid.value ?? uids.value[0];
   const path = pathOf("motion", uid ?? null);
-  const held = lease.value;
-  const requested = held?.request && held.endsAt > now.value ? held.request : null;
+  const valid = validLeases();
+  const held = valid.find(one => one.request && isOurs(one)) ?? valid.find(one => one.request);
+  const requested = held?.request ?? null;
   const left = Math.max(0, Math.ceil((held?.passesAt ?? now.value) - now.value));
   // On a phone it is shown only while it says something that no band says.
   if (phone.value && !requested && (stopped.value || shared() || motionWords() === text.bar.free))
@@ -181,24 +182,37 @@ function MotionCell() {
   );
 }
 
-/** Seconds left for another holder. Our own are on the Motion page. */
+function validLeases(): readonly HeldLease[] {
+  return leases.value.filter(one => one.endsAt > now.value);
+}
+
+/** Seconds left for the only holder, another client. Our own are on the Motion page. */
 function leftOfOther(): number | null {
-  const held = lease.value;
-  if (!held || stopped.value || !isOfOther(held)) return null;
-  const left = Math.ceil(held.endsAt - now.value);
-  return left > 0 ? left : null;
+  const [held, more] = validLeases();
+  if (!held || more || stopped.value || !isOfOther(held)) return null;
+  return Math.ceil(held.endsAt - now.value);
 }
 
 /** Narrow: the name below may need two lines, so the seconds go here. */
 function motionCaption(): string {
   const left = leftOfOther();
-  return tightBar.value && left !== null ? text.bar.motionLeft(left) : text.bar.motion;
+  const below = tightBar.value || validLeases()[0]?.uids != null;
+  return below && left !== null ? text.bar.motionLeft(left) : text.bar.motion;
+}
+
+/** Holders with the number of their servos: "Rig A: 3 servos, You: 2". */
+function holders(valid: readonly HeldLease[]): string {
+  return valid
+    .map((one, i) => {
+      const name = isOfOther(one) ? who(one.holder) : text.bar.you;
+      return one.uids === null ? name : text.bar.share(name, one.uids.length, i > 0 || tightBar.value);
+    })
+    .join(text.comma);
 }
 
 /** Other nodes command servos, and no other client has motion control. */
 function shared(): boolean {
-  const held = lease.value;
-  return elsewhere.value.length > 0 && !stopped.value && !(held && isOfOther(held));
+  return elsewhere.value.length > 0 && !stopped.value && !validLeases().some(isOfOther);
 }
 
 function motionWords(): string {
@@ -209,12 +223,15 @@ function motionWords(): string {
     );
     return text.bar.elsewhere(nodes, elsewhere.value.length, commandedHere.value.length, tightBar.value);
   }
+  const valid = stopped.value ? [] : validLeases();
+  if (valid.length > 1) return holders(valid);
   if (mine.phase === "on") return tightBar.value ? text.bar.you : text.bar.youFor(nameOf(servo(mine.uid)));
   if (stopped.value) return text.bar.refused;
-  const held = lease.value;
+  const held = valid[0];
   if (!held) return text.bar.free;
-  const left = Math.ceil(held.endsAt - now.value);
-  if (left <= 0) return text.bar.free;
   if (!isOfOther(held)) return text.bar.you;
-  return tightBar.value ? who(held.holder) : text.bar.held(who(held.holder), left);
+  if (held.uids !== null) return holders(valid);
+  return tightBar.value
+    ? who(held.holder)
+    : text.bar.held(who(held.holder), Math.ceil(held.endsAt - now.value));
 }

@@ -3,7 +3,7 @@ import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Job, LeaseView, Servo, Stop } from "../api/types";
-import { setLease, stop } from "../bench/bench";
+import { setLeases, stop } from "../bench/bench";
 import { monotonic } from "../bench/clock";
 import { replaceAll } from "../bench/fleet";
 import { jobs, setJob } from "../bench/jobs";
@@ -50,7 +50,7 @@ afterEach(() => {
 /** Nothing moves and nothing is commanded. */
 function atRest(): void {
   motion.value = { phase: "off", why: null };
-  setLease(null);
+  setLeases([]);
   stop.value = null;
   released.value = new Map();
   jobs.value = new Map();
@@ -95,7 +95,7 @@ const MOVING: readonly (readonly [string, () => void])[] = [
   ["motion is being turned on", () => put(motion, { phase: "requesting", uid: UID })],
   [
     "another client has motion control",
-    () => setLease({ holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 2, request: null } as LeaseView),
+    () => setLeases([{ holder: "Rig 3", uids: null, expires_in_s: 2, request: null } as LeaseView]),
   ],
   ["a horn turns", () => turned(0, 1, 2, 3, 4)],
   ["a servo saves", () => state("saving")],
@@ -170,7 +170,10 @@ describe("Esc while nothing moves", () => {
   });
 
   test.each<[string, () => void]>([
-    ["a lease that has run out", () => setLease({ holder: "x", expires_in_s: -1 } as LeaseView)],
+    [
+      "a lease that has run out",
+      () => setLeases([{ holder: "x", uids: null, expires_in_s: -1 } as LeaseView]),
+    ],
     ["a horn that hunts in its place", () => turned(0, 1.3, -1.3, 0.3)],
     [
       "a jump that is long past",

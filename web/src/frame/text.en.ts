@@ -59,6 +59,8 @@ export const bar = {
   elsewhere: (nodes: string, n: number, you: number, short: boolean) =>
     `Node ${nodes}: ${short ? n : count(n, "servo", "servos")}. You: ${you}`,
   youFor: (name: string) => `You, ${name}`,
+  share: (holder: string, n: number, short: boolean) =>
+    `${holder}: ${short ? n : count(n, "servo", "servos")}`,
   held: (holder: string, left: number) => `${holder}, ${left}\u202fs left`,
   requested: (by: string, left: number) => `Requested by ${by}, ${left}\u202fs`,
   refused: "Blocked by Stop",

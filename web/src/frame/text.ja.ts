@@ -58,6 +58,7 @@ export const frame = {
     you: "自分",
     elsewhere: (nodes, n, you, short) => `ノード${nodes}: ${n}${short ? "" : "台"}、あなた: ${you}`,
     youFor: name => `自分、${name}`,
+    share: (holder, n, short) => `${holder}: ${n}${short ? "" : "台"}`,
     held: (holder, left) => `${holder}、残り${left}\u202fs`,
     motionLeft: left => `動作権、残り${left}\u202fs`,
     requested: (by, left) => `${by}が要求中、${left}\u202fs`,

@@ -2,13 +2,13 @@
 
 import { signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { lease, stopped } from "../bench/bench";
+import { stopped } from "../bench/bench";
 import { now } from "../bench/clock";
 import { type KnownServo, nameOf, peekServo } from "../bench/fleet";
 import { angle } from "../bench/format";
 import { angleNow } from "../bench/fresh";
 import { readOnly } from "../bench/model";
-import { enableMotion, isOfOther, motion, motionRefusal } from "../bench/motion";
+import { enableMotion, leaseOfOther, motion, motionRefusal } from "../bench/motion";
 import { those } from "../bench/release";
 import { commanderOf, observing } from "../bench/role";
 import { limitsOf } from "../bench/servo-condition";
@@ -39,7 +39,7 @@ interface Gate {
   requesting: boolean;
   /** What prevents motion, in words. */
   against: string | null;
-  /** Another client has motion control. */
+  /** Another client has motion control of this servo. */
   others: boolean;
   /** Whether it can be enabled now. */
   able: boolean;
@@ -50,7 +50,7 @@ export function gateOf(one: KnownServo): Gate {
   const present = motion.value;
   const requesting = present.phase === "requesting";
   const against = hindrance(one);
-  const others = present.phase === "waiting" || (heldByOther() > 0 && !wiggling.value);
+  const others = present.phase === "waiting" || (heldByOther(one.uid) > 0 && !wiggling.value);
   return {
     on: present.phase === "on" && present.uid === one.uid,
     requesting,
@@ -127,10 +127,10 @@ export function MotionGate({ one, children }: Props) {
   );
 }
 
-/** Seconds that another client's motion control lasts. */
-function heldByOther(): number {
-  const held = lease.value;
-  return held && isOfOther(held) ? held.endsAt - now.value : 0;
+/** Seconds that another client's motion control of this servo lasts. */
+function heldByOther(uid: string): number {
+  const held = leaseOfOther(uid);
+  return held ? held.endsAt - now.value : 0;
 }
 
 /** What prevents motion, known before a request. */

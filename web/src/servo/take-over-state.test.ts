@@ -1,7 +1,7 @@
 /** Take-overs: requested with a countdown, granted with torque off, and never left behind when the page changes. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { TakeOverState } from "../api/types";
-import { setLease } from "../bench/bench";
+import { setLeases } from "../bench/bench";
 import { holder } from "../bench/holder";
 import { link } from "../bench/link";
 import { enableMotion, endMotion, forgetMotion, motion, motionRefusal, startMotion } from "../bench/motion";
@@ -9,7 +9,16 @@ import { stopButton } from "../testing/stop-button";
 import { forceControl, requestControl } from "./take-over-state";
 
 const UID = "b".repeat(32);
-const held = { shown_id: "R", holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null };
+const OTHER = "c".repeat(32);
+const held = {
+  shown_id: "R",
+  holder: "Rig 3",
+  uids: null,
+  ttl_s: 3,
+  expires_at: 0,
+  expires_in_s: 3,
+  request: null,
+};
 let sent: string[];
 let state: TakeOverState;
 
@@ -22,7 +31,7 @@ beforeEach(() => {
   vi.useFakeTimers();
   sent = [];
   link.value = { state: "up", since: 0 };
-  setLease(held);
+  setLeases([held]);
   state = { id: "R", by: "us", reason: "", state: "waiting", expires_in_s: 10, lease_id: null, holder: held };
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     const path = url.replace("/api/v1", "");
@@ -36,7 +45,7 @@ beforeEach(() => {
 afterEach(async () => {
   hideStop();
   endMotion(null);
-  setLease(null);
+  setLeases([]);
   await vi.advanceTimersByTimeAsync(2000);
   vi.useRealTimers();
   vi.unstubAllGlobals();
@@ -50,7 +59,7 @@ describe("a request", () => {
   test("names the client and the reason, polls every second, and has torque off when granted", async () => {
     await requestControl(UID, " calibrate ");
     expect(sent[0]).toBe(
-      `POST /leases/requests {"holder":"${holder()}","ttl_s":3,"reason":"calibrate","timeout_s":10}`,
+      `POST /leases/requests {"holder":"${holder()}","uids":["${UID}"],"ttl_s":3,"reason":"calibrate","timeout_s":10}`,
     );
     expect(motion.value).toMatchObject({ phase: "waiting", from: "Rig 3", request: "R" });
     await turn();
@@ -66,6 +75,29 @@ describe("a request", () => {
       "the lease is the one granted",
     ).toEqual([]);
     expect(motion.value).toMatchObject({ phase: "on", lease: "N" });
+  });
+
+  test("a lease that was granted for one servo is extended to the group that is enabled", async () => {
+    state = granted();
+    await requestControl(UID, "");
+    sent = [];
+    await enableMotion(UID, [OTHER]);
+    expect(sent).toEqual([
+      `PUT /leases/N {"uids":["${UID}","${OTHER}"]}`,
+      `POST /servos/${UID}/torque {"mode":"on"} leased`,
+      `POST /servos/${OTHER}/torque {"mode":"on"} leased`,
+    ]);
+  });
+
+  test("the holder who keeps control is the one of this servo", async () => {
+    setLeases([
+      { ...held, holder: "Rig 4", uids: [OTHER] },
+      { ...held, uids: [UID] },
+    ]);
+    await requestControl(UID, "");
+    state = { ...state, state: "refused" };
+    await turn();
+    expect(motion.value).toEqual({ phase: "off", why: "Rig 3 keeps motion control." });
   });
 
   test("a rejection names the holder, and ends the requests", async () => {
@@ -115,7 +147,7 @@ describe("taking", () => {
   test("carries the reason, ends in holding, and works while waiting", async () => {
     await requestControl(UID, "");
     await forceControl(UID, "it is about to hit the wing");
-    const body = `{"holder":"${holder()}","ttl_s":3,"force":true,"reason":"it is about to hit the wing"}`;
+    const body = `{"holder":"${holder()}","uids":["${UID}"],"ttl_s":3,"force":true,"reason":"it is about to hit the wing"}`;
     expect(sent.at(-1)).toBe(`POST /leases ${body}`);
     expect(motion.value).toEqual({ phase: "held", uid: UID, lease: "N" });
     expect(motionRefusal.value).toBeNull();

@@ -2,11 +2,10 @@
 
 import { callApi, problemOf } from "../api/client";
 import type { TakeOverState } from "../api/types";
-import { lease as heldLease } from "../bench/bench";
 import { monotonic } from "../bench/clock";
 import { problemText } from "../bench/facts";
 import { holder, who } from "../bench/holder";
-import { hold, motion, motionRefusal, TTL_S, withdraw } from "../bench/motion";
+import { hold, leaseOfOther, motion, motionRefusal, TTL_S, withdraw } from "../bench/motion";
 import { takeOver as words } from "./words";
 
 /** Time for the holder to refuse, s. */
@@ -23,7 +22,13 @@ export async function requestControl(uid: string, reason: string): Promise<void>
   motion.value = { phase: "requesting", uid };
   motionRefusal.value = null;
   try {
-    const body = { holder: holder(), ttl_s: TTL_S, reason: reason.trim(), timeout_s: REFUSAL_TIME_S };
+    const body = {
+      holder: holder(),
+      uids: [uid],
+      ttl_s: TTL_S,
+      reason: reason.trim(),
+      timeout_s: REFUSAL_TIME_S,
+    };
     const reported = await callApi("POST", "/leases/requests", { body });
     if (motion.peek().phase === "requesting") follow(uid, reported);
     else await withdraw(reported.id);
@@ -39,7 +44,7 @@ export async function forceControl(uid: string, reason: string): Promise<void> {
   motion.value = { phase: "requesting", uid };
   motionRefusal.value = null;
   try {
-    const body = { holder: holder(), ttl_s: TTL_S, force: true, reason: reason.trim() };
+    const body = { holder: holder(), uids: [uid], ttl_s: TTL_S, force: true, reason: reason.trim() };
     const lease = await callApi("POST", "/leases", { body });
     if (motion.peek().phase === "requesting") hold(uid, lease.id);
     else
@@ -60,7 +65,7 @@ function follow(uid: string, reported: TakeOverState): void {
     motion.value = { phase: "waiting", uid, request: reported.id, from, endsAt };
     setTimeout(() => void look(reported.id), Math.min(LOOK_MS, 1000 * reported.expires_in_s + 50));
   } else {
-    const keeps = heldLease.peek()?.holder ?? from;
+    const keeps = leaseOfOther(uid)?.holder ?? from;
     motion.value = {
       phase: "off",
       why: reported.state === "refused" ? words.refused(who(keeps)) : words.over,

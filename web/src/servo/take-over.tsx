@@ -1,9 +1,8 @@
 /** The Motion page while another client has motion control: request it, wait, or take it with a reason. */
 import { useSignal } from "@preact/signals";
-import { lease } from "../bench/bench";
 import { now } from "../bench/clock";
 import { who } from "../bench/holder";
-import { forgetMotion, motion } from "../bench/motion";
+import { forgetMotion, leaseOfOther, motion } from "../bench/motion";
 import { Button } from "../kit/button";
 import { Dialog, Quit } from "../kit/dialog";
 import { Glyph } from "../kit/glyph";
@@ -30,7 +29,7 @@ export function TakeOver({ uid }: { uid: string }) {
       </section>
     );
   }
-  const held = lease.value;
+  const held = leaseOfOther(uid);
   const waiting = present.phase === "waiting" ? present : null;
   const holder = who(held?.holder ?? waiting?.from ?? "");
   const close = () => {

@@ -323,9 +323,9 @@ class EventLog:
         if "stop" in flags:
             yield LogEntry(ALWAYS, "stop", None, f'"stop":{present.stop(host).model_dump_json()}', "stop")
         if "lease" in flags:
-            lease = host.leases.current(host.base.now())
-            packed = "null" if lease is None else present.lease_view(host, lease).model_dump_json()
-            yield LogEntry(ALWAYS, "lease", None, f'"lease":{packed}', "lease")
+            held = [present.lease_view(host, one).model_dump_json() for one in host.leases.valid(host.base.now())]
+            members = f'"lease":{held[0] if held else "null"},"leases":[{",".join(held)}]'
+            yield LogEntry(ALWAYS, "lease", None, members, "lease")
         if "bus" in flags:
             yield LogEntry("bus", "bus", None, f'"bus":{present.bus(host).model_dump_json()}', "bus")
 

@@ -223,10 +223,11 @@ class FramesMessage(ServerMessageBase):
 
 
 class LeaseMessage(ServerMessageBase):
-    """Current holder of motion control."""
+    """Motion control changed. A servo is covered by at most one lease."""
 
     type: Literal["lease"]
-    lease: LeaseView | None = Field(description="Current lease. Null if no client has motion control.")
+    lease: LeaseView | None = Field(description="The oldest of `leases`. Null if no client has motion control.")
+    leases: list[LeaseView] = Field(description="All leases, oldest first. Empty if no client has motion control.")
 
 
 class StopStateMessage(ServerMessageBase):

@@ -71,9 +71,10 @@ class AsyncLease:
         if self.lost is not None and error is None:
             raise LeaseRequired(f"Motion control was lost before the end of the block. {self.lost}", cause=None)
 
-    async def renew(self) -> responses.Lease:
-        """Renew the lease. Raises Unknown if it has ended."""
-        return await self._connection.request("PUT", f"/leases/{self.id}", timeout_s=max(1.0, self._ttl_s))
+    async def renew(self, add: Sequence[str] = ()) -> responses.Lease:
+        """Renew the lease, and add these servos to it. Raises Unknown if it has ended, LeaseHeld."""
+        body = {"uids": list(add)} if add else None
+        return await self._connection.request("PUT", f"/leases/{self.id}", body, timeout_s=max(1.0, self._ttl_s))
 
     async def _renewed(self) -> bool:
         try:

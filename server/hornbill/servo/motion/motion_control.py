@@ -3,7 +3,7 @@
 import asyncio
 import secrets
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal
 
@@ -89,9 +89,17 @@ class MotionControl:
         """Take a lease of these servos (None: all) if they are free. Raises LeaseHeld, Busy."""
         lease = self._leases.grant(holder, ttl_s, self._base.now(), uids)
         self._hub.publish(LeaseChanged())
-        text = f"Motion control expires {lease.ttl_s:g} s after the last heartbeat."
-        note = Note(text, "lease_taken", {"ttl_s": lease.ttl_s})
-        self._audit.note(NewAuditEntry(lease.holder, "lease", "taken", notes=(note,)))
+        self._audit_taken(lease)
+        return lease
+
+    def extend(self, lease_id: str, uids: Collection[Uid]) -> HeldLease:
+        """Renew a lease and add servos to it if they are free. Raises Unknown, LeaseHeld, Busy."""
+        before = self._leases.find(lease_id, self._base.now())
+        covered = before is not None and before.covers(uids)
+        lease = self._leases.extend(lease_id, self._base.now(), uids)
+        self._hub.publish(LeaseChanged())
+        if not covered:
+            self._audit_taken(lease)
         return lease
 
     def release(self, lease_id: str, why: LeaseEndCode) -> HeldLease:
@@ -137,12 +145,12 @@ class MotionControl:
         self._requests[request.id] = request
         while len(self._requests) > MAX_STORED:
             self._requests.popitem(last=False)
-        held = self._leases.current(now, uids)
+        held = self._leases.holders(now, uids)
         self._leases.promised_to, self._leases.promised_uids, self._waiting = by, uids, request
-        if held is not None:
-            text = f"{by} requests motion control from {held.holder}{because(reason)} "
-            text += f"It passes in {timeout_s:g} s unless {held.holder} refuses."
-            params: dict[str, object] = {"by": by, "holder": held.holder, "reason": reason, "timeout_s": timeout_s}
+        if held:
+            text = f"{by} requests motion control from {held}{because(reason)} "
+            text += f"It passes in {timeout_s:g} s unless {held} refuses."
+            params: dict[str, object] = {"by": by, "holder": held, "reason": reason, "timeout_s": timeout_s}
             self._hub.publish(LogEvent("notice", "lease_requested", text, params=params))
             self._hub.publish(LeaseChanged())
         await self.settle()
@@ -204,7 +212,7 @@ class MotionControl:
 
     async def _pass(self, request: TakeOverRequest) -> None:
         try:
-            old = self._leases.current(self._base.now(), request.uids)
+            old = self._leases.holders(self._base.now(), request.uids)
             await self._end_current(LeaseEnd("passed", request.by), request.uids)
             if request.state != "waiting":
                 return  # withdrawn meanwhile
@@ -221,7 +229,7 @@ class MotionControl:
             if self._waiting is not None:
                 text = f"{holder} took motion control by force."
                 self._end(self._waiting, "lease_refused", text, holder=holder, forced=True)
-            old = self._leases.current(self._base.now(), uids)
+            old = self._leases.holders(self._base.now(), uids)
             await self._end_current(LeaseEnd("forced", holder, reason), uids)
             lease = self._leases.hand_over(holder, ttl_s, self._base.now(), grace_s=0.0, uids=uids)
             self._publish_passed(lease, old, "forced", reason)
@@ -261,13 +269,12 @@ class MotionControl:
         self._hub.publish(LogEvent("notice", code, text, params={"by": request.by, **params}))
         self._hub.publish(LeaseChanged())
 
-    def _publish_passed(
-        self, lease: HeldLease, old: HeldLease | None, how: Literal["passed", "forced"], reason: str
-    ) -> None:
+    def _publish_passed(self, lease: HeldLease, old: str, how: Literal["passed", "forced"], reason: str) -> None:
+        """`old`: previous holders, empty if there was none."""
         self._hub.publish(LeaseChanged())
         verb = "took motion control by force" if how == "forced" else "took over motion control"
-        whose = "" if old is None else f" from {old.holder}"
-        before = None if old is None else old.holder
+        whose = f" from {old}" if old else ""
+        before = old or None
         text = f"{lease.holder} {verb}{whose}{because(reason)}"
         params: dict[str, object] = {**known(by=lease.holder, reason=reason or None, holder=before)}
         if how == "forced":
@@ -276,6 +283,13 @@ class MotionControl:
             self._hub.publish(LogEvent("notice", "lease_passed", text, params=params))
         notes = Note.words(reason)
         self._audit_later(NewAuditEntry(lease.holder, "lease", how, before=before, after=lease.holder, notes=notes))
+
+    def _audit_taken(self, lease: HeldLease) -> None:
+        servos = None if lease.uids is None else [f"{uid[:8]}…" for uid in sorted(lease.uids)]
+        of = "" if servos is None else f" of {', '.join(servos)}"
+        text = f"Motion control{of} expires {lease.ttl_s:g} s after the last heartbeat."
+        note = Note(text, "lease_taken", {"ttl_s": lease.ttl_s, **known(servos=servos)})
+        self._audit.note(NewAuditEntry(lease.holder, "lease", "taken", notes=(note,)))
 
     def _audit_later(self, entry: NewAuditEntry) -> None:
         self._audit.later(asyncio.sleep(AUDITED_S), lambda: entry)

@@ -68,7 +68,7 @@ class Recorder:
         self._events: deque[tuple[Instant, bytes]] = deque(maxlen=MAX_EVENTS)
         self._failures: dict[Uid, int] = {}
         self._latch: Latch | None = None
-        self._holder: str | None = None
+        self._held: list[dict[str, object]] = []
         self._address: str | None = None
         self._unlisten: Callable[[], None] = lambda: None
         self._since: Instant = services.base.now()
@@ -202,11 +202,13 @@ class Recorder:
         self._mark("stop", f"Stop by {latch.by}{why}.", which=id(latch), params=params)
 
     def _on_lease(self, _change: LeaseChanged) -> None:
-        lease = self._leases.current(self._base.now())
-        holder = None if lease is None else lease.holder
-        if holder != self._holder:
-            self._holder = holder
-            self._note({"type": "lease", "holder": holder})
+        valid = self._leases.valid(self._base.now())
+        held: list[dict[str, object]] = [
+            {"holder": one.holder, "uids": None if one.uids is None else sorted(one.uids)} for one in valid
+        ]
+        if held != self._held:
+            self._held = held
+            self._note({"type": "lease", "leases": held})
 
     def _known(self) -> KnownState:
         port = self._port()

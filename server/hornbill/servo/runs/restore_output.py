@@ -146,9 +146,9 @@ class RestoreOutputJobs:
         `uids`: None for `candidates`. Raises Unknown, LeaseHeld, LeaseRequired for a lease that has ended, Busy.
         """
         servos = self.candidates() if uids is None else [self._fleet.get(uid) for uid in dict.fromkeys(uids)]
-        self._check_lease(lease_id, *(one.uid for one in servos))
+        self._check_writable(lease_id, servos)
         found = await asyncio.gather(*(self._prospect(servo, lease_id) for servo in servos))
-        self._check_lease(lease_id, *(one.uid for one in servos))
+        self._check_writable(lease_id, servos)
         self._jobs.check_apart([one.uid for one in servos])
         for servo in servos:
             permission.check_free(servo, self._jobs)
@@ -269,6 +269,12 @@ class RestoreOutputJobs:
         except HornbillError as error:
             problem = error
         return Prospect(servo, _is_loaded(servo), lease_id is None and needs_feeding(servo), problem)
+
+    def _check_writable(self, lease_id: str | None, servos: Sequence[Servo]) -> None:
+        """Raises as `_check_lease`. The given lease may still be without these servos, which can be added to it."""
+        if lease_id is not None:
+            self._leases.require(lease_id, self._base.now())
+        self._leases.allow_write(lease_id, self._base.now(), *(one.uid for one in servos))
 
     def _check_lease(self, lease_id: str | None, *uids: Uid) -> None:
         """Raises LeaseHeld while another client has motion control, LeaseRequired if the given lease has ended."""

@@ -48,6 +48,11 @@ class RunningJob:
     task: "asyncio.Task[None] | None" = field(default=None, repr=False)
 
     @property
+    def uids(self) -> frozenset[Uid]:
+        """Servos of the job. Empty if it concerns none."""
+        return frozenset(uid for uid in (self.uid, *(step.uid for step in self.steps)) if uid is not None)
+
+    @property
     def step(self) -> str | None:
         """Name of the running step."""
         return next((step.name for step in self.steps if step.state == "running"), None)

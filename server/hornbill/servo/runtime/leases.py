@@ -61,24 +61,26 @@ class Leases:
         """The oldest valid lease that covers any of these servos, or None."""
         return next((lease for lease in self.valid(now) if lease.overlaps(uids)), None)
 
+    def holders(self, now: Instant, uids: Collection[Uid] | None = None) -> str:
+        """Names of the holders of the valid leases that cover any of these servos, oldest first. Empty if none."""
+        return ", ".join(dict.fromkeys(lease.holder for lease in self.valid(now) if lease.overlaps(uids)))
+
     def find(self, lease_id: str | None, now: Instant) -> HeldLease | None:
         """The valid lease with this ID, or None."""
         return next((lease for lease in self.valid(now) if _is(lease, lease_id)), None)
 
     def grant(self, holder: str, ttl_s: float, now: Instant, uids: frozenset[Uid] | None = None) -> HeldLease:
         """A new lease. Raises LeaseHeld while a client has one of these servos, and Busy while one is promised."""
-        held = self.current(now, uids)
-        if held is not None:
-            raise self._held(held, now)
-        if self.promised_to is not None and (
-            uids is None or self.promised_uids is None or not self.promised_uids.isdisjoint(uids)
-        ):
-            raise Busy(
-                f"Motion control is being passed to {self.promised_to}, who requested it. Try again in 1 s.",
-                cause="control_transfer_pending",
-                by=self.promised_to,
-            )
+        self._check_free(now, uids, None)
         return self._new(holder, ttl_s, now, ttl_s, uids)
+
+    def extend(self, lease_id: str, now: Instant, uids: Collection[Uid]) -> HeldLease:
+        """Renew the lease and add servos to it. Raises Unknown(unknown_lease), and as `grant` if they are not free."""
+        lease = self.find(lease_id, now)
+        if lease is not None and not lease.covers(uids):
+            self._check_free(now, uids, lease)
+            lease.uids = frozenset(uids).union(lease.uids or ())
+        return self.renew(lease_id, now)
 
     def hand_over(
         self, holder: str, ttl_s: float, now: Instant, *, grace_s: float, uids: frozenset[Uid] | None = None
@@ -164,6 +166,19 @@ class Leases:
         """Name for the audit: the holder of this lease while valid, else the token, else "no lease"."""
         lease = self.find(lease_id, now)
         return signed(lease.holder) if lease is not None else acting() or "no lease"
+
+    def _check_free(self, now: Instant, uids: Collection[Uid] | None, own: HeldLease | None) -> None:
+        held = next((lease for lease in self.valid(now) if lease is not own and lease.overlaps(uids)), None)
+        if held is not None:
+            raise self._held(held, now)
+        if self.promised_to is not None and (
+            uids is None or self.promised_uids is None or not self.promised_uids.isdisjoint(uids)
+        ):
+            raise Busy(
+                f"Motion control is being passed to {self.promised_to}, who requested it. Try again in 1 s.",
+                cause="control_transfer_pending",
+                by=self.promised_to,
+            )
 
     def _new(self, holder: str, ttl_s: float, now: Instant, first_s: float, uids: frozenset[Uid] | None) -> HeldLease:
         self.counts["taken"] += 1

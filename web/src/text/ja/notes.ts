@@ -99,7 +99,7 @@ export const notes = {
   stop_of: p => `${who(p.by)}による停止を解除しました。`,
   stop_confirmed: p =>
     `${p.of}台中${p.confirmed}台が確認しました${p.within_ms === undefined ? "" : `（${p.within_ms}以内）`}。`,
-  lease_taken: p => `動作権は最後の通信から${p.ttl_s}有効です。`,
+  lease_taken: p => `${p.servos ? `${p.servos}の` : ""}動作権は最後の通信から${p.ttl_s}有効です。`,
   lease_ended: p => LEASE_END[p.why ?? ""]?.(p) ?? "動作権が終わりました。",
   profile_stored: p => `プロファイル「${p.profile}」（${p.rows}項目）を保存しました。`,
   profile_replaced: p => `プロファイル「${p.profile}」（${p.rows}項目）を置き換えました。`,

@@ -40,6 +40,14 @@ class LeaseRequest(Model):
     reason: str = Field(default="", max_length=200, description="Reason, shown to users and written to the audit.")
 
 
+class LeaseRenewal(Model):
+    """Servos to add to a lease."""
+
+    uids: list[ServoRef] = Field(
+        default_factory=list[ServoRef], max_length=250, description="Servos to add to the lease, if they are free."
+    )
+
+
 class TakeOver(Model):
     """Request to the current holder for motion control."""
 
@@ -76,11 +84,13 @@ async def list_leases(host: TheHost) -> list[LeaseView]:
     return [present.lease_view(host, lease) for lease in host.leases.valid(host.base.now())]
 
 
-@routes.put("/leases/{lease_id}", Role.OPERATE, "unknown_lease")
-async def renew_lease(host: TheHost, lease_id: LeaseId) -> Lease:
-    """Renew a lease for `ttl_s` from now (heartbeat). The response contains any pending request for motion control."""
-    lease = host.leases.renew(lease_id, host.base.now())
-    host.lease_changed()
+@routes.put("/leases/{lease_id}", Role.OPERATE, "unknown_lease", "lease_held", "unknown_servo", "invalid_value", "busy")
+async def renew_lease(host: TheHost, lease_id: LeaseId, body: LeaseRenewal | None = None) -> Lease:
+    """Renew a lease for `ttl_s` from now (heartbeat). The response contains any pending request for motion control.
+
+    With a body, `uids` are added to the lease; what is commanded under it continues.
+    """
+    lease = host.motion_control.extend(lease_id, [] if body is None else list(map(Uid, body.uids)))
     return present.lease(host, lease)
 
 

@@ -88,12 +88,13 @@ async def cancel_job(host: TheHost, job_id: JobId) -> Job:
 async def resume_job(host: TheHost, job_id: JobId, lease: LeaseHeader = None, wait: Wait = False) -> Response:
     """Resume a job that failed, was cancelled or was interrupted by the end of the server. Completed steps are kept.
 
-    Requires `resumable`. Jobs are never resumed automatically.
+    Requires `resumable`. Jobs are never resumed automatically. Refused while another client has motion control of one
+    of the job's servos.
     """
     job = host.jobs.get(job_id)
     host.connected()
     host.stop.check()
-    host.leases.allow_write(lease, host.base.now())
+    host.leases.allow_write(lease, host.base.now(), *job.uids)
     return await job_response(host, host.jobs.resume(job.id, lease), wait)
 
 
