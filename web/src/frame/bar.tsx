@@ -172,9 +172,13 @@ function MotionCell() {
   // On a phone it is shown only while it says something that no band says.
   if (phone.value && !requested && (stopped.value || shared() || motionWords() === text.bar.free))
     return null;
+  // A phone has room for either.
+  const named = phone.value && !requested && valid.length > 1;
   return (
     <a class="bar-cell" href={path} onClick={event => follow(event, path)} data-testid="bar-motion">
-      <span class="cap">{requested ? text.bar.requested(who(requested.by), left) : motionCaption()}</span>
+      <span class={named ? "cap hidden-text" : "cap"}>
+        {requested ? text.bar.requested(who(requested.by), left) : motionCaption()}
+      </span>
       <span class="val" title={motionWords()}>
         {motionWords()}
       </span>
