@@ -1,8 +1,13 @@
 """Benches that share a database."""
 
+from pathlib import Path
+
 from behaviour.rig import Rig, json
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
+from hornbill.store.servos import ServoFacts
+from hornbill.store.store import Store
+from hornbill.units import Uid
 
 
 @scene()
@@ -15,3 +20,18 @@ async def test_a_bench_reports_its_bus_servos_and_motion_control(rig: Rig, servo
     json(await rig.call("POST", "/stop"))
     (bench,) = json(await rig.call("GET", "/benches"))
     assert (bench["holder"], bench["torque_stopped"]) == ("test", True)
+
+
+@scene(store=lambda tmp_path: str(tmp_path), behind=True)
+async def test_servos_of_other_benches_are_in_the_inventory_with_bench_and_last_contact(
+    rig: Rig, servo: Servo, tmp_path: Path
+) -> None:
+    there = Uid("5a" * 16)
+    with Store(tmp_path, bench="right", wall=lambda: 1000.0) as right:
+        right.servos.seen(there, ServoFacts(model="BLA21-06U-A0"))
+    await rig.host.store.refresh()
+    (found,) = json(await rig.call("GET", "/inventory?q=5a5a"))
+    assert (found["uid"], found["online"]) == (there, False)
+    assert (found["bench"], found["bench_seen_at"]) == ("right", 1000.0)
+    (own,) = json(await rig.call("GET", f"/inventory?q={servo.serial}"))
+    assert (own["uid"], own["bench"]) == (servo.uid, rig.host.bench)

@@ -39,6 +39,7 @@ async def test_an_entry_has_identity_rom_values_and_when_the_servo_was_seen(rig:
     assert (one["rom"]["angle_limit_cw"], one["rom"]["torque_mode"]) == (60.0, "off")
     assert one["last_seen"] - one["first_seen"] > 30
     assert (one["snapshots"], one["drift"]) == (0, [])
+    assert (one["bench"], one["bench_seen_at"]) == (rig.host.bench, one["last_seen"])
     rig.host.store.servos.seen(servo.uid, ServoFacts(model="BLA99-99U-Z9"))
     one = await shown(rig, servo.uid)
     assert (one["rom"]["angle_p_gain"], one["serial"]) == (40, "61-000123"), "rows that all models have"
@@ -82,7 +83,8 @@ async def test_it_is_filtered_by_model_label_and_part_of_the_serial(rig: Rig) ->
     await change(rig, two.uid, label="Rudder")
     for query, expected in {
         "?model=BLA15-12U-A0": [two.uid], "?label=Rudder": [two.uid], "?q=123": [one.uid], "?q=61-0": [one.uid],
-        "?q=999": [], "?model=BLA15-12U-A0&q=123": [],
+        "?q=999": [], "?q=uDDe": [two.uid], f"?q={two.uid[:8]}": [two.uid], "?q=servo": [],
+        "?model=BLA15-12U-A0&q=123": [],
     }.items():  # fmt: skip
         assert [found["uid"] for found in await listed(rig, query)] == expected, query
 

@@ -22,24 +22,32 @@ RecordingName = Annotated[str, typer.Argument(help="Name, as shown by 'hornbill 
 
 
 @inventory.command("list")
-def list_(as_csv: AsCsv = False, server: Server = LOCAL_URL, as_json: AsJson = False) -> None:
-    """List all known servos, most recently seen first. CSV includes the last known ROM values."""
+def list_(
+    search: Annotated[
+        str | None, typer.Argument(help="Only servos with this text in serial number, nickname or unique ID.")
+    ] = None,
+    as_csv: AsCsv = False,
+    server: Server = LOCAL_URL,
+    as_json: AsJson = False,
+) -> None:
+    """List all known servos on all benches, most recently seen first. CSV includes the last known ROM values."""
     with client(server) as hornbill:
         if as_csv:
-            typer.echo(hornbill.records.servos_csv(), nl=False)
+            typer.echo(hornbill.records.servos_csv(q=search), nl=False)
             return
-        found = hornbill.records.servos()
+        found = hornbill.records.servos(q=search)
     if as_json:
         print_json(found)
         return
     rows = [
         (
             one["uid"][:8], one["label"] or one["serial"], one["model"], one["firmware"], one["node_id"],
-            one["servo_id"], "on the bus" if one["online"] else instant(one["last_seen"]), ", ".join(one["drift"]),
+            one["servo_id"], one["bench"], "on the bus" if one["online"] else instant(one["last_seen"]),
+            ", ".join(one["drift"]),
         )
         for one in found
     ]  # fmt: skip
-    print_table(("uid", "name", "model", "firmware", "node", "id", "last seen", "ROM changed"), rows)
+    print_table(("uid", "name", "model", "firmware", "node", "id", "bench", "last seen", "ROM changed"), rows)
 
 
 def site(server: Server = LOCAL_URL, as_json: AsJson = False) -> None:

@@ -18,9 +18,10 @@ class AsyncRecords:
         self._request = connection.request
         self._download = connection.download
 
-    async def servos(self) -> list[responses.KnownServo]:
-        """All known servos, on the bus or not, most recently seen first."""
-        return await self._request("GET", "/inventory")
+    async def servos(self, *, q: str | None = None) -> list[responses.KnownServo]:
+        """All known servos, on the bus or not, most recently seen first. `q`: only those with this text in serial
+        number, nickname or unique ID."""
+        return await self._request("GET", "/inventory", q=q)
 
     async def benches(self) -> list[responses.SiteBench]:
         """Benches that share the database of the server, its own first."""
@@ -30,9 +31,9 @@ class AsyncRecords:
         """One known servo, with its last known ROM values."""
         return await self._request("GET", f"/inventory/{uid}")
 
-    async def servos_csv(self) -> bytes:
-        """Inventory as CSV, with one column per ROM value."""
-        return await self._download("/inventory.csv")
+    async def servos_csv(self, *, q: str | None = None) -> bytes:
+        """Inventory as CSV, with one column per ROM value. `q`: as in `servos`."""
+        return await self._download("/inventory.csv", **({} if q is None else {"q": q}))
 
     async def label(self, uid: str, label: str) -> responses.KnownServo:
         """Set the nickname of a servo (up to 64 characters), on the bus or not."""
