@@ -16,13 +16,13 @@ from hornbill.api.routing import WITHOUT_KEY
 from hornbill.errors import StoreFailed
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
-from hornbill.store.responses import Responses
+from hornbill.store.responses import Keys, Responses
 
 KEY = {"Idempotency-Key": "8e03978e-40d5-43dd-bc93-6894a57f9324"}
 LEASE = {"holder": "a", "ttl_s": 5.0}
 
 
-def nothing(*_: object) -> None:
+async def nothing(*_: object) -> None:
     """As if the server had ended before."""
 
 
@@ -170,7 +170,7 @@ async def test_a_request_cut_off_by_a_crash_or_that_failed_is_not_repeated(
     problem(await post(rig, path), "interrupted", 500)
     assert rig.host.jobs.all() == []
     with monkeypatch.context() as patch:
-        patch.setattr(Responses, "end", nothing)
+        patch.setattr(Keys, "end", nothing)
         json(await post(rig, path, key="crash"), 202)
     problem(await post(rig, path, key="crash"), "interrupted", 500)
     assert jobs(rig, "restart") == 1

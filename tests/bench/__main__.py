@@ -12,6 +12,7 @@ from bench import (  # noqa: E402
     commanding,
     configuring,
     connecting,
+    database,
     endurance,
     guest,
     identify,
@@ -38,7 +39,7 @@ def main(chosen: list[str]) -> None:
     for module in (
         stack, reading, configuring, streaming, endurance, stopping, jogging, commanding, start, adapter, connecting,
         allocation, simulation, mechanics, improve, recorder, sockets, load, plots, guest, soak, overnight,
-        identify,
+        identify, database,
     ):  # fmt: skip
         if chosen and module.__name__.rpartition(".")[2] not in chosen:
             continue

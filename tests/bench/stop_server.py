@@ -1,5 +1,5 @@
-"""A server that streams to its servos: `python -m bench.stop_server DEVICE FOLDER`, as a user starts it but for
-the ArrayCommands, which leave 50 times a second for every servo from within."""
+"""A server that streams to its servos: `python -m bench.stop_server DEVICE FOLDER [DATABASE]`, as a user starts it
+but for the ArrayCommands, which leave 50 times a second for every servo from within."""
 
 import asyncio
 import sys
@@ -36,9 +36,9 @@ async def stream(app: FastAPI) -> None:
             continue
 
 
-async def serve(device: str, folder: Path) -> None:
+async def serve(device: str, folder: Path, database: str | None = None) -> None:
     """Serve until interrupted."""
-    settings = Settings(bus=f"slcan:{device}", data_dir=folder, port=0)
+    settings = Settings(bus=f"slcan:{device}", data_dir=folder, database=database, port=0)
     app = application.build(settings, demo=False)
     async with asyncio.TaskGroup() as group:
         streaming = group.create_task(stream(app))
@@ -47,4 +47,4 @@ async def serve(device: str, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(serve(sys.argv[1], Path(sys.argv[2])))
+    asyncio.run(serve(sys.argv[1], Path(sys.argv[2]), *sys.argv[3:]))

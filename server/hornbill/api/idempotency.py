@@ -92,7 +92,7 @@ class Idempotency:
             store: Store = scope["app"].state.host.store
             async with self._registering:
                 first = self._in_progress.get(key)
-                begun = None if first is not None else await store.run(store.responses.begin, key, request)
+                begun = None if first is not None else await store.keys.begin(key, request)
                 if first is None and begun is None:
                     self._in_progress[key] = request, asyncio.get_running_loop().create_future()
             if first is not None:
@@ -131,7 +131,7 @@ class Idempotency:
                 return
             found = StoredResponse(started["status"], _headers(started), bytes(content))
             try:
-                await store.run(store.responses.end, key, found)
+                await store.keys.end(key, found)
             except StoreFailed:  # the request was carried out, so its response is sent; a repeat gets `interrupted`
                 log.exception("cannot store the response to a request with an Idempotency-Key")
             await send(started)

@@ -4,8 +4,9 @@ import logging
 import platform
 import sqlite3
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, Final
 
@@ -40,6 +41,9 @@ _WRITE_LOCK: Final = 0x686F726E
 _PRAGMAS: Final = ("journal_mode = WAL", "synchronous = NORMAL", "foreign_keys = ON")
 
 _READS: Final = "hornbill_reads"
+
+ABANDONED: Final[ContextVar[Callable[[], bool] | None]] = ContextVar("abandoned", default=None)
+"""Tells in a thread whether its call was reported as failed, so that the transaction is rolled back."""
 
 
 class Database:
@@ -116,6 +120,7 @@ class Database:
         """Like `transaction`, but with rows instead of objects, at a third of the cost. For frequent changes."""
         with self._usable() as engine, engine.begin() as connection:
             yield connection
+            _check_waiter()
 
     def now(self, session: Session, wall: float) -> float:
         """Time by which benches compare their contacts, seconds since 1970 UTC: that of the database server, because
@@ -152,6 +157,7 @@ class Database:
         with self._usable() as engine, Session(engine) as session, session.begin():
             session.connection(execution_options=options)
             yield session
+            _check_waiter()
 
     @contextmanager
     def _usable(self) -> Generator[Engine]:
@@ -160,7 +166,9 @@ class Database:
             raise RuntimeError("the store is closed")
         if self._backing_off and not self.is_file:
             raise StoreFailed(
-                f"{self.address} did not respond recently. Try again in {BACKOFF_S:.0f} s.", cause="store_timeout"
+                f"{self.address} did not respond recently. Try again in {BACKOFF_S:.0f} s.",
+                cause="store_timeout",
+                retry=True,
             )
         try:
             yield self._engine
@@ -224,6 +232,12 @@ def engine_of(place: str | Path) -> Engine:
             f"{address} is not a usable database: {error}. Correct the address, or specify a folder.",
             cause="store_unusable", reason="address", retry=False,
         ) from error  # fmt: skip
+
+
+def _check_waiter() -> None:
+    abandoned = ABANDONED.get()
+    if abandoned is not None and abandoned():
+        raise StoreFailed("The database responded too late.", cause="store_timeout", retry=True)
 
 
 def _url(place: str | Path) -> URL:

@@ -1,9 +1,10 @@
 """Stored responses of requests with an Idempotency-Key, so that no request is carried out twice."""
 
 import secrets
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final
+from collections import OrderedDict
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, replace
+from typing import Any, Final
 
 from sqlalchemy import delete
 
@@ -14,6 +15,11 @@ RETAIN_S: Final = 48 * 3600.0
 """Minimum retention of a response, from the first request on, s. The API promises 24 h."""
 TIDY_S: Final = 600.0
 """Interval at which older responses are deleted, s."""
+
+MAX_BYTES: Final = 16 * 1024 * 1024
+"""Maximum size of the responses in memory. Beyond it, the oldest are only in the database."""
+ROW_BYTES: Final = 500
+"""Approximate size of a key with its headers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +75,51 @@ class Responses:
         return None
 
     def end(self, key: str, response: StoredResponse) -> None:
-        """Store the response of the request with this key."""
+        """Store the response of the request with this key. That of an earlier process stays."""
         with self._database.transaction() as session:
             row = session.get(ResponseRow, (self._database.bench, key))
-            if row is not None:
+            if row is not None and row.process == self._process:
                 row.status, row.headers, row.body = response.status, response.headers, response.body
+
+
+class Keys:
+    """Keys of the requests of this process, in memory too, so that they are known while the database is unreachable.
+
+    Then a key is checked here only, and key and response are written later. A key that an earlier process used is
+    recognised only with the database.
+    """
+
+    def __init__(self, stored: Responses, write: Callable[..., Awaitable[Any]], wall: Callable[[], float]) -> None:
+        """`write` is `Store.run_or_later`. `wall` returns seconds since 1970 UTC."""
+        self._stored = stored
+        self._write = write
+        self._wall = wall
+        self._known: OrderedDict[str, tuple[float, Begun]] = OrderedDict()
+        self._bytes = 0
+
+    async def begin(self, key: str, request: str) -> Begun | None:
+        """See `Responses.begin`. Raises StoreFailed if the database fails otherwise than by being unreachable."""
+        now = self._wall()
+        while self._known and (self._bytes > MAX_BYTES or next(iter(self._known.values()))[0] < now - RETAIN_S):
+            self._bytes -= _size(self._known.popitem(last=False)[1][1])
+        if (known := self._known.get(key)) is not None:
+            return known[1]
+        found: Begun | None = await self._write(self._stored.begin, key, request)
+        if found is None:
+            self._put(key, now, Begun(request, True, None))
+        return found
+
+    async def end(self, key: str, response: StoredResponse) -> None:
+        """See `Responses.end`. Raises StoreFailed as `begin`."""
+        await self._write(self._stored.end, key, response)
+        if (known := self._known.get(key)) is not None:
+            self._bytes -= _size(known[1])
+            self._put(key, known[0], replace(known[1], response=response))
+
+    def _put(self, key: str, at: float, begun: Begun) -> None:
+        self._known[key] = at, begun
+        self._bytes += _size(begun)
+
+
+def _size(begun: Begun) -> int:
+    return ROW_BYTES + (0 if begun.response is None else len(begun.response.body))

@@ -19,7 +19,7 @@ from hornbill.store.database import Database
 from hornbill.store.faults import FaultLog
 from hornbill.store.jobs import StoredJobs
 from hornbill.store.profiles import ProfileTable
-from hornbill.store.responses import Responses
+from hornbill.store.responses import Keys, Responses
 from hornbill.store.runs import Runs
 from hornbill.store.servos import Servos
 from hornbill.store.settings import SettingTable
@@ -74,6 +74,7 @@ class Store:
         self.settings = SettingTable(self._database)
         self.tokens = Tokens(self._database, now)
         self.responses = Responses(self._database, now)
+        self.keys = Keys(self.responses, self.run_or_later, wall)
         self.benches = Benches(self._database, wall)
         self._on_changed: list[Callable[[str], object]] = []
 
@@ -105,6 +106,7 @@ class Store:
         self.settings = self._behind(self.settings, SettingTable(memory), "put", "drop")
         self.audit = self._behind(self.audit, None, "add")
         self.jobs = self._behind(self.jobs, None, "put")
+        self.benches = self._behind(self.benches, None, "contact")
 
     @property
     def pending(self) -> int:
@@ -127,26 +129,27 @@ class Store:
             return result
         if self._writer is None:
             return call(*args, **options)
-        return await self._writer.run(lambda: call(*args, **options))
+        return await self._writer.run(lambda: call(*args, **options), lambda result: result)
+
+    async def run_or_later(self, call: Callable[P, T], *args: P.args, **options: P.kwargs) -> T | None:
+        """`run`, but while the database is unreachable the call waits in memory in the order of changes, and None is
+        returned. It may be made twice, so a repeat must change nothing. Raises other failures, such as a full disk."""
+        try:
+            return await self.run(call, *args, **options)
+        except StoreFailed as error:
+            if self._writer is None or not error.facts.get("retry"):
+                raise
+            self._writer.post(lambda: call(*args, **options))
+            return None
 
     @property
     def lost(self) -> int:
         """Number of changes given up since the start."""
         return 0 if self._writer is None else self._writer.lost
 
-    @property
-    def remote(self) -> bool:
-        """Whether the database is on a server, and changes can wait for it. A full disk cannot be waited for."""
-        return self._writer is not None and not self._database.is_file
-
     def now(self) -> float:
         """Seconds since 1970 UTC."""
         return self._wall()
-
-    def later(self, call: Callable[P, object], *args: P.args, **options: P.kwargs) -> None:
-        """Submit a change to be written when the database works."""
-        assert self._writer is not None
-        self._writer.post(lambda: call(*args, **options))
 
     def on_changed(self, listener: Callable[[str], object]) -> None:
         """Call `listener` with the name of a shared table that another process changed, once it was re-read."""
@@ -156,13 +159,13 @@ class Store:
         """Re-read shared tables that other processes changed. Call once a second. Raises StoreFailed."""
         if self._writer is None or self._memory is None:
             return
-        behind = {ServoRow: self.servos, ProfileRow: self.profiles, FaultRow: self.faults}
-        before = {table: cast("WriteBehind", one).submitted for table, one in behind.items()}
-        revisions, rows = await self._writer.run(self._changed)
+        behind: dict[type[Table], Any] = {ServoRow: self.servos, ProfileRow: self.profiles, FaultRow: self.faults}
+        before = {table: one.submitted for table, one in behind.items()}
+        revisions, rows = await self._writer.run(self._changed, lambda found: found)
         for name in rows:
             table = _SHARED.get(name)
             if table is not None:
-                if cast("WriteBehind", behind[table]).submitted != before[table]:
+                if behind[table].submitted != before[table]:
                     continue  # changed here meanwhile: next time
                 with self._memory.transaction() as session:
                     session.execute(delete(table))

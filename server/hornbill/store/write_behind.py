@@ -3,23 +3,29 @@
 import asyncio
 import contextlib
 import logging
+import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Any, Final, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 from hornbill.errors import StoreFailed
+from hornbill.store.database import ABANDONED
 
 log = logging.getLogger(__name__)
 
 T = TypeVar("T")
+U = TypeVar("U")
 
 MAX_PENDING: Final = 20_000
 """Maximum number of changes that wait while the database fails, of about 1 kB each. Then the oldest are given up."""
 RETRY_S: Final = 1.0
 """Interval of attempts while the database fails, s."""
+
+RESPONSE_S: Final = 2.0
+"""Time that the thread may spend on one change or call, s. Then callers get StoreFailed; the thread goes on."""
 
 _INSTANT: Final[ContextVar[float | None]] = ContextVar("instant", default=None)
 
@@ -31,6 +37,16 @@ class Pending:
     at: float
     change: Callable[[], object]
     first_try: "Future[object]"
+
+
+class Call(Generic[T]):
+    """A call with a waiter. Once `abandoned`, it is not made, or its transaction is not committed."""
+
+    def __init__(self, make: Callable[[], T], at: float) -> None:
+        """`at`: when it was submitted, seconds since 1970 UTC."""
+        self.make = make
+        self.at = at
+        self.abandoned = False
 
 
 class Writer:
@@ -47,6 +63,8 @@ class Writer:
         self.failing_since: float | None = None
         """Since when the database has failed, seconds since 1970 UTC. None if the last attempt succeeded."""
         self._failed = False
+        self._logged = False
+        self._busy_since: float | None = None
         self.lost = 0
         """Changes given up: the database rejected them, or more than `MAX_PENDING` waited."""
 
@@ -59,17 +77,31 @@ class Writer:
         """In the thread: the time at which the running call was submitted. Elsewhere: the present time."""
         return self._wall() if (at := _INSTANT.get()) is None else at
 
-    def run(self, call: Callable[[], T]) -> "asyncio.Future[T]":
-        """Submit a call and return a future of its result. Earlier changes are written first; StoreFailed if they
-        cannot be."""
-        at = self._wall()
+    async def run(self, call: Callable[[], T], then: Callable[[T], U]) -> U:
+        """Make a call in the thread, `then` process its result on the event loop. Earlier changes are written first.
 
-        def dated() -> T:
-            self._write()
-            _INSTANT.set(at)
-            return call()
+        Raises StoreFailed if they cannot be, or if the database does not respond for `RESPONSE_S`; then the call has
+        changed nothing. Only if the database stops responding during a commit, the outcome is known later; then `then`
+        is called once it was committed.
+        """
+        one = Call(call, self._wall())
+        made = asyncio.get_running_loop().run_in_executor(self._thread, self._make, one)
 
-        return asyncio.get_running_loop().run_in_executor(self._thread, dated)
+        async def whole() -> U:
+            return then(await made)
+
+        task = asyncio.create_task(whole())  # of its own: a cancelled caller must not leave half a change
+        while not task.done():
+            left_s = RESPONSE_S - self._stuck_s()
+            if left_s <= 0:
+                one.abandoned = True
+                task.add_done_callback(lambda ended: None if ended.cancelled() else ended.exception())
+                raise StoreFailed(
+                    f"The database has not responded for {RESPONSE_S:.0f} s. Check it, then try again.",
+                    cause="store_timeout", retry=True,
+                )  # fmt: skip
+            await asyncio.wait([task], timeout=left_s)
+        return task.result()
 
     def post(self, change: Callable[[], object]) -> "asyncio.Future[object]":
         """Submit a change without a waiter. If the database fails, it is tried again until it succeeds.
@@ -99,8 +131,35 @@ class Writer:
             log.error("%d changes could not be stored and are lost", len(self._pending))
         self._pending.clear()
 
+    def _stuck_s(self) -> float:
+        """How long the thread has worked on the present change or call, s. 0 if on none."""
+        since = self._busy_since
+        return 0.0 if since is None else time.monotonic() - since
+
+    def _make(self, one: Call[T]) -> T:
+        """In the thread: make a call after all earlier changes."""
+        if not one.abandoned:
+            self._write()
+        if one.abandoned:
+            raise StoreFailed("Nobody waits for this call any more.", cause="store_timeout", retry=True)
+        before = ABANDONED.set(lambda: one.abandoned)
+        try:
+            return self._timed(one.make, one.at)
+        finally:
+            ABANDONED.reset(before)
+
+    def _timed(self, change: Callable[[], T], at: float) -> T:
+        _INSTANT.set(at)
+        self._busy_since = time.monotonic()
+        try:
+            return change()
+        finally:
+            self._busy_since = None
+
     def _submit(self, loop: asyncio.AbstractEventLoop) -> None:
-        self._retry = None
+        if self._retry is not None:
+            self._retry.cancel()
+            self._retry = None
         loop.run_in_executor(self._thread, self._attempt).add_done_callback(lambda _: self._again(loop))
 
     def _again(self, loop: asyncio.AbstractEventLoop) -> None:
@@ -118,13 +177,14 @@ class Writer:
         """In the thread: write the pending changes. Raises StoreFailed if the database fails."""
         while self._pending:
             one = self._pending[0]
-            _INSTANT.set(one.at)
             try:
-                result = one.change()
+                result = self._timed(one.change, one.at)
             except StoreFailed as error:
                 if error.facts.get("cause") != "store_rejected":
                     self.failing_since = self.failing_since or self._wall()
-                    for waiting in tuple(self._pending):
+                    for waiting in reversed(tuple(self._pending)):
+                        if waiting.first_try.done():
+                            break
                         _end(waiting.first_try, error)
                     raise
                 self._give_up(one, error)
@@ -147,8 +207,9 @@ class Writer:
 
     def _done(self, posted: "asyncio.Future[object]") -> None:
         error = None if posted.cancelled() else posted.exception()
-        if error is not None:
+        if error is not None and not (self._logged and self.failing_since is not None):  # once while it fails
             log.error("Store failed", exc_info=error)
+        self._logged = error is not None
         if error is None or isinstance(error, Exception):
             self._on_done(error)
 
@@ -191,10 +252,15 @@ class WriteBehind:
         self.submitted += 1
         self.posted = self._writer.post(change)
 
-    def run(self, change: Callable[[], T]) -> "asyncio.Future[T]":
-        """Submit a change and return a future of its result."""
+    async def run(self, change: Callable[[], T], then: Callable[[T], U]) -> U:
+        """Make a change in the database, `then` in memory. See `Writer.run`."""
         self.submitted += 1
-        return self._writer.run(change)
+
+        def both(result: T) -> U:
+            self.submitted += 1
+            return then(result)
+
+        return await self._writer.run(change, both)
 
 
 class ChangeMethod:
@@ -214,9 +280,7 @@ class ChangeMethod:
     async def durable(self, *args: Any, **options: Any) -> Any:
         """Change the database first, then memory. If the database raises, nothing has changed."""
 
-        async def both() -> Any:
-            result = await self._subject.run(lambda: self._database(*args, **options))
-            self._subject.submitted += 1
+        def in_memory(result: Any) -> Any:
             return result if self._memory is None else self._memory(*args, **options)
 
-        return await asyncio.shield(asyncio.create_task(both()))  # a cancelled caller must not leave half a change
+        return await self._subject.run(lambda: self._database(*args, **options), in_memory)

@@ -1,10 +1,12 @@
-"""A temporary PostgreSQL server."""
+"""A temporary PostgreSQL server, which can be stopped and suspended."""
 
 import os
 import pwd
 import shutil
+import signal
 import subprocess
 import tempfile
+import threading
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -26,11 +28,10 @@ class Cluster:
         self._folder = Path(tempfile.mkdtemp(prefix="hornbill-pg-"))  # short: a socket's path has 107 characters
         if self._user is not None:
             shutil.chown(self._folder, self._user, pwd.getpwnam(self._user).pw_gid)
-        data = self._folder / "data"
+        words = ("-U", "hornbill", "-A", "trust", "-E", "UTF8", "--locale=C", "--no-sync")
         try:
-            self._run("initdb", "-D", data, "-U", "hornbill", "-A", "trust", "-E", "UTF8", "--locale=C", "--no-sync")
-            words = f"-k '{self._folder}' -c listen_addresses='' -c fsync=off -c full_page_writes=off"
-            self._run("pg_ctl", "-D", data, "-w", "-t", "30", "-l", self._folder / "log", "-o", words, "start")
+            self._run("initdb", "-D", self._folder / "data", *words)
+            self.start()
         except BaseException:
             self._remove()
             raise
@@ -40,9 +41,39 @@ class Cluster:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            self._run("pg_ctl", "-D", self._folder / "data", "-w", "-m", "immediate", "stop")
+            self.stop()
         finally:
             self._remove()
+
+    def start(self) -> None:
+        """Start the server."""
+        words = f"-k '{self._folder}' -c listen_addresses='' -c fsync=off -c full_page_writes=off"
+        self._control("-t", "30", "-l", self._folder / "log", "-o", words, "start")
+
+    def stop(self) -> None:
+        """Stop the server at once; committed transactions stay."""
+        self._control("-m", "immediate", "stop")
+
+    def suspend(self, at_most_s: float = 60.0) -> None:
+        """Let all processes of the server hang until `resume`, at most for this time."""
+        self._signal(signal.SIGSTOP)
+        self._timer = threading.Timer(at_most_s, self._signal, [signal.SIGCONT])
+        self._timer.daemon = True
+        self._timer.start()
+
+    def resume(self) -> None:
+        """End `suspend`."""
+        self._timer.cancel()
+        self._signal(signal.SIGCONT)
+
+    def _signal(self, number: signal.Signals) -> None:
+        first = int((self._folder / "data/postmaster.pid").read_text().split()[0])
+        os.kill(first, number)  # first: it would start others
+        for one in Path(f"/proc/{first}/task/{first}/children").read_text().split():
+            os.kill(int(one), number)
+
+    def _control(self, *words: str | Path) -> None:
+        self._run("pg_ctl", "-D", self._folder / "data", "-w", *words)
 
     @property
     def url(self) -> str:

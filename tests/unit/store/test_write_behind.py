@@ -1,17 +1,22 @@
 """Write-behind: changes are visible immediately, and written to the database in order without blocking."""
 
 import asyncio
+import contextlib
 import threading
-from collections.abc import AsyncGenerator, Callable
+import time
+from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
+from sqlalchemy import event
 
 from hornbill.errors import InvalidValue, StoreFailed, Unknown
+from hornbill.store import responses, write_behind
 from hornbill.store.audit import NewAuditEntry
 from hornbill.store.faults import FaultReading
 from hornbill.store.jobs import StoredJob
+from hornbill.store.responses import Begun, StoredResponse
 from hornbill.store.servos import ServoFacts, StoredServo
 from hornbill.store.store import Store
 from hornbill.units import NodeId, Uid
@@ -27,10 +32,17 @@ class Gate:
     def __init__(self, store: Store) -> None:
         self._free = threading.Event()
         self._free.set()
+        self._committing = threading.Event()
+        self._committing.set()
         self.error: Exception | None = None
         database: Any = store._database  # pyright: ignore[reportPrivateUsage]
         self._usable = database._usable
         database._usable = self._enter
+
+        event.listen(database._engine, "commit", self._at_commit)
+
+    def _at_commit(self, _connection: object) -> None:
+        assert self._committing.wait(60), "the event loop was blocked"
 
     def _enter(self) -> Any:
         assert self._free.wait(60), "the event loop was blocked"
@@ -41,8 +53,13 @@ class Gate:
     def close(self) -> None:
         self._free.clear()
 
+    def close_commits(self) -> None:
+        """Block calls at their end only."""
+        self._committing.clear()
+
     def open(self) -> None:
         self._free.set()
+        self._committing.set()
 
 
 @asynccontextmanager
@@ -183,3 +200,103 @@ async def test_without_a_server_every_change_is_written_immediately(place: str) 
         assert other.servos.get(UID) == store.servos.get(UID)
         assert store.posted(store.servos) is None
         assert await store.run(store.servos.get, UID) == store.servos.get(UID)
+
+
+async def resumed(store: Store) -> None:
+    """Wait until the database responds and everything is written."""
+    async with asyncio.timeout(20):
+        while True:
+            with contextlib.suppress(StoreFailed):
+                return await store.settled()
+            await asyncio.sleep(0.01)
+
+
+async def timed_out(call: Awaitable[object], within_s: float) -> None:
+    """Await a call, which must fail within this time, because the database does not respond."""
+    began = time.monotonic()
+    with pytest.raises(StoreFailed) as caught:
+        await call
+    assert (caught.value.facts["cause"], caught.value.facts["retry"]) == ("store_timeout", True)
+    assert time.monotonic() - began < within_s
+
+
+async def test_a_hanging_database_fails_calls_and_keeps_changes(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert write_behind.RESPONSE_S == 2.0
+    monkeypatch.setattr(write_behind, "RESPONSE_S", 0.3)
+    async with behind(place) as (store, gate):
+        await store.run(store.servos.set_label, UID, "rudder")
+        gate.close()
+        store.settings.put("one", 1)
+        store.audit.add([NewAuditEntry("Ada", "write", "applied", UID, after=1)])
+        await timed_out(store.run(store.audit.rows), 5.0)
+        for _ in range(200):  # at once, because it is known to hang
+            await timed_out(store.run(store.servos.set_label, UID, "elbow"), 0.3)
+        store.audit.add([NewAuditEntry("Ada", "write", "applied", UID, after=2)])
+        assert store.failing_since is not None
+        assert store.pending == 3
+        gate.open()
+        await resumed(store)
+        assert (store.pending, store.lost, store.failing_since) == (0, 0, None)
+        assert [row.entry.after for row in await store.run(store.audit.rows)] == [2, 1]
+        assert stored(store).label == "rudder"
+    with Store(place) as again:
+        assert stored(again).label == "rudder", "what failed was not made later"
+
+
+async def test_a_call_that_hangs_is_rolled_back_unless_it_is_being_committed(
+    place: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(write_behind, "RESPONSE_S", 0.3)
+    async with behind(place) as (store, gate):
+        for close, label in ((gate.close, ""), (gate.close_commits, "rudder")):
+            await store.run(store.servos.set_label, UID, "")
+            close()
+            await timed_out(store.run(store.servos.set_label, UID, "rudder"), 5.0)
+            gate.open()
+            await resumed(store)
+            assert stored(store).label == label
+            with Store(place) as other:
+                assert stored(other).label == label
+
+
+async def test_keys_of_this_process_are_known_while_the_database_hangs(
+    place: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(write_behind, "RESPONSE_S", 0.3)
+    first, second = StoredResponse(200, {}, b"first"), StoredResponse(200, {}, b"second")
+    async with behind(place) as (store, _):
+        assert await store.keys.begin("earlier", "r") is None
+        await store.keys.end("earlier", first)
+    async with behind(place) as (store, gate):
+        assert await store.keys.begin("known", "r") is None
+        await store.keys.end("known", first)
+        gate.close()
+        assert await store.keys.begin("known", "r") == Begun("r", True, first)
+        assert await store.keys.begin("new", "r") is None
+        await store.keys.end("new", first)
+        assert await store.keys.begin("new", "r") == Begun("r", True, first)
+        assert await store.keys.begin("earlier", "r") is None, "only the database knows it"
+        await store.keys.end("earlier", second)
+        gate.open()
+        await resumed(store)
+        assert store.lost == 0
+        gate.error = StoreFailed("The disk is full.", cause=None)
+        with pytest.raises(StoreFailed):
+            await store.keys.begin("refused", "r")
+    with Store(place) as again:
+        for key in ("earlier", "known", "new"):
+            assert again.responses.begin(key, "r") == Begun("r", False, first), key
+
+
+async def test_the_oldest_keys_in_memory_are_left_to_the_database(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(responses, "MAX_BYTES", 10_000)
+    monkeypatch.setattr(write_behind, "RESPONSE_S", 0.3)
+    large = StoredResponse(200, {}, bytes(4000))
+    async with behind(place) as (store, gate):
+        for key in "abcd":
+            assert await store.keys.begin(key, "r") is None
+            await store.keys.end(key, large)
+        assert await store.keys.begin("a", "r") == Begun("r", True, large), "from the database"
+        gate.close()
+        assert await store.keys.begin("d", "r") == Begun("r", True, large)
+        assert await store.keys.begin("a", "r") is None

@@ -20,9 +20,10 @@ class Records:
         self._request = connection.request
         self._download = connection.download
 
-    def servos(self) -> list[responses.KnownServo]:
-        """All known servos, on the bus or not, most recently seen first."""
-        return self._request("GET", "/inventory")
+    def servos(self, *, q: str | None = None) -> list[responses.KnownServo]:
+        """All known servos, on the bus or not, most recently seen first. `q`: only those with this text in serial
+        number, nickname or unique ID."""
+        return self._request("GET", "/inventory", q=q)
 
     def benches(self) -> list[responses.SiteBench]:
         """Benches that share the database of the server, its own first."""
@@ -32,9 +33,9 @@ class Records:
         """One known servo, with its last known ROM values."""
         return self._request("GET", f"/inventory/{uid}")
 
-    def servos_csv(self) -> bytes:
-        """Inventory as CSV, with one column per ROM value."""
-        return self._download("/inventory.csv")
+    def servos_csv(self, *, q: str | None = None) -> bytes:
+        """Inventory as CSV, with one column per ROM value. `q`: as in `servos`."""
+        return self._download("/inventory.csv", **({} if q is None else {"q": q}))
 
     def label(self, uid: str, label: str) -> responses.KnownServo:
         """Set the nickname of a servo (up to 64 characters), on the bus or not."""

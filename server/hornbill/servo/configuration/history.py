@@ -6,7 +6,7 @@ from typing import Any, cast
 
 from hornbill.domain.change import Reason, ReasonCode
 from hornbill.domain.fields import Param
-from hornbill.errors import Busy, NoResponse, StoreFailed
+from hornbill.errors import Busy, NoResponse
 from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.requests import ServoRequests
 from hornbill.servo.device.servo import Servo
@@ -63,7 +63,7 @@ class History:
     async def store_known(self, servo: Servo, *, reason: Reason, by: str, automatic: bool) -> StoredSnapshot:
         """Store the known values without reading the servo. Unknown rows are left out.
 
-        If a database server is unreachable, an automatic snapshot waits in memory; its ID is then 0. Raises
+        While the database is unreachable, an automatic snapshot waits in memory; its ID is then 0. Raises
         StoreFailed.
         """
         values: dict[str, Any] = {
@@ -73,12 +73,8 @@ class History:
             "reason_code": reason.code, "reason_params": cast("Mapping[str, Json]", reason.params),
         }  # fmt: skip
         add = partial(self.snapshots.add, servo.uid, unless_same=automatic, **values)
-        try:
-            made = await self._store.run(add)
-        except StoreFailed:
-            if not automatic or not self._store.remote:
-                raise
-            self._store.later(add)
+        made = await (self._store.run_or_later(add) if automatic else self._store.run(add))
+        if made is None:
             made = StoredSnapshot(0, servo.uid, self._store.now(), **values)
         if not automatic:
             self._audit.note(_entry(made, by, "succeeded", after=made.id))
