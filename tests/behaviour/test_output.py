@@ -1,13 +1,14 @@
 """Output of a servo as session state: on or off, why, by whom, since when (sections 4.7, 4.13, 4.19)."""
 
 import asyncio
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from behaviour.actions import torque, write
 from behaviour.neighbour import Neighbour
-from behaviour.rig import Rig, Socket, json
+from behaviour.rig import PLAIN, Rig, Socket, json, problem, until
 from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 from hornbill.wire.datatype import Kind
@@ -156,3 +157,33 @@ async def test_stop_is_published_at_once_and_remains_the_reason_after_identify_a
     assert (await output(rig, servo))["state"] == "unknown"
     rig.bench.power(servo.uid, True)
     await becomes(rig, servo, "off", "stop", "Aki", within_s=10)
+
+
+@pytest.mark.parametrize("key", ["torque_mode", "timeout_action", "timeout_time"])
+@scene(replace(PLAIN, rom={"soft_start": 0, "timeout_action": 1}))
+async def test_an_output_is_unknown_while_a_row_that_decides_it_cannot_be_read(
+    rig: Rig, servo: Servo, key: str
+) -> None:
+    path, sim = f"/servos/{servo.uid}/parameters?refresh=true", rig.sim(servo)
+    await identify(rig, servo)
+    sim.conditions.refuse_keys.add(key)
+    assert json(await rig.call("GET", path))["parameters"][key]["stale"]
+    await until(lambda: sim.output == 1)
+    await until(lambda: servo.output_state.state == "unknown", within_s=0.5)
+    sim.conditions.refuse_keys.clear()
+    json(await rig.call("GET", path))
+    await becomes(rig, servo, "off", "timeout")
+
+
+@scene(replace(PLAIN, rom={"soft_start": 0, "timeout_action": 1}))
+async def test_a_refused_torque_command_does_not_end_a_timeout(rig: Rig, servo: Servo) -> None:
+    await identify(rig, servo)
+    await becomes(rig, servo, "off", "timeout")
+    sim = rig.sim(servo)
+    sim.conditions.refuse_keys.add("torque_mode")
+    problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}), "refused_by_servo", 502)
+    assert (await output(rig, servo))["state"] == "unknown"
+    rig.host.torque_off.cancel_all()
+    sim.conditions.refuse_keys.clear()
+    await becomes(rig, servo, "off", "timeout", within_s=1.5)
+    assert sim.output == 1

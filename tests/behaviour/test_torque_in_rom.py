@@ -13,7 +13,7 @@ from behaviour.actions import power_cycle
 from behaviour.restarting import ended, failed_with, opcodes, refuse, run, run_until, succeeded
 from behaviour.rig import CATALOG, PLAIN, Rig, json, problem, until
 from behaviour.scene import settled
-from hornbill.servo.device.servo import Servo
+from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.host import Host, HostSettings
 from hornbill.sim.device import ServoStage
 from hornbill.store.store import Store
@@ -612,3 +612,33 @@ async def test_torque_left_on_by_a_killed_server_is_turned_off(
     finally:
         await successor.close()
         store.close()
+
+
+async def at_the_last_try(rig: Rig, servo: Servo) -> None:
+    """The first tries of the write precede the start by more than an uptime of whole seconds tells."""
+    rig.bench.power(servo.uid, False)
+    asyncio.get_running_loop().call_later(0.95, rig.bench.power, servo.uid, True)
+    assert await rig.host.requests.write(servo, servo.registers["torque_mode"].parameter, 1) == 1
+
+
+async def before_it_is_identified(rig: Rig, servo: Servo) -> None:
+    """Its restart while offline is noticed, and noticed again when it is identified."""
+    boot_count = servo.boot_count
+    await power_cycle(rig, servo.uid, 4.0)
+    await until(lambda: servo.boot_count != boot_count, every_s=0.0005)
+    await switched_off(rig, servo)
+
+
+@pytest.mark.parametrize("turn_off", [at_the_last_try, before_it_is_identified], ids=lambda way: way.__name__)
+@settled(replace(PLAIN, rom={"soft_start": 0}))
+async def test_torque_off_written_right_after_a_start_is_not_taken_as_rom(
+    rig: Rig, servo: Servo, turn_off: TurnOff
+) -> None:
+    starts = rig.sim(servo).starts
+    await turn_off(rig, servo)
+    await until(lambda: rig.sim(servo).starts > starts and servo.state is State.READY)
+    await asyncio.sleep(3)
+    assert rig.sim(servo).output == 1
+    assert rig.sim(servo).stored()["torque_mode"] == 0
+    row = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/torque_mode"))
+    assert (row["value"], row["rom"]) == ("off", None)

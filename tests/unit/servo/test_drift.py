@@ -30,7 +30,7 @@ class Process:
 
     def check(self, *known: str) -> dict[str, int]:
         """The servo restarts, and these rows of its ROM become known. Returns what is to be stored."""
-        self.servo.restarted()
+        self.servo.restarted(float("inf"))
         for key in known:
             self.servo.registers[key].rom = self.rom[key]
         return self.drift.check(self.servo, self.store.servos.get(UID))

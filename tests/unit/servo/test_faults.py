@@ -68,7 +68,7 @@ class Desk:
         self.started = self.now = self.now + 2.0
 
     def notice_restart(self) -> None:
-        self.servo.restarted()
+        self.servo.restarted(float("inf"))
         self._receive_status()
         self.hub.publish(ServoChanged(UID))
 

@@ -137,7 +137,7 @@ def test_a_lost_bus_leaves_a_gap_at_once_and_a_restart_is_marked() -> None:
     desk.sample(-36_000_000.0)
     desk.hub.publish(LogEvent("failure", "bus_lost", "gone"))
     desk.sample(35_999_999.9, after=0.5)
-    desk.servo.restarted()
+    desk.servo.restarted(float("inf"))
     desk.hub.publish(ServoChanged(UID))
     assert desk.values() == [-36_000_000.0, None, 35_999_999.9, None], "values are exact in the whole range"
     assert desk.marks() == ["gap", "restart"]

@@ -17,6 +17,7 @@ from hornbill.servo.device import identification
 from hornbill.servo.device.drift import drifted
 from hornbill.servo.device.foreign_nodes import ForeignNodes
 from hornbill.servo.device.identification import NodeIdentity
+from hornbill.servo.device.output import TIMEOUT_TIME
 from hornbill.servo.device.position_unit import PositionUnits, to_degrees
 from hornbill.servo.device.recent_starts import RecentStarts
 from hornbill.servo.device.requests import ServoRequests
@@ -328,7 +329,8 @@ class Fleet:
                 self._hub.publish(ServoChanged(servo.uid))
                 if servo.busy is None and not bus_gone:
                     self._hub.publish(_offline(servo, lag.worst_s(now - WINDOW_S)))
-            timeout_ms = None if servo.output.commanded_at is None else servo.raw("timeout_time")
+            row = None if servo.output.commanded_at is None else servo.registers.get(TIMEOUT_TIME)
+            timeout_ms = None if row is None or row.at is None else row.raw
             if timeout_ms is not None and servo.output.check_timeout(now, timeout_ms / 1000):
                 self._hub.publish(ServoChanged(servo.uid))
             since = servo.soft_start_since
@@ -409,7 +411,7 @@ class Fleet:
                 self._hub.publish(ServoChanged(servo.uid))
 
     def _on_restart(self, servo: Servo, status: NodeStatus, at: Instant) -> None:
-        servo.restarted(at - status.uptime_sec - 1)  # an uptime of whole seconds
+        servo.restarted(_started(status, at))
         self._hub.publish(ServoChanged(servo.uid))
         if servo.busy is None:
             text = f"{servo.title} restarted unexpectedly. Values only in RAM are lost. The horn may soft-start to 0°."
@@ -484,14 +486,15 @@ class Fleet:
     def _register(self, node: NodeId, identity: NodeIdentity) -> Servo:
         servo = self._servos.setdefault(identity.uid, Servo(identity.uid, self.catalog))
         record = self._directory.records.get(node)
+        started = float("-inf") if record is None else _started(record.status, record.status_at)
         if servo.node_id is not None and servo.node_id != node:
             self._by_node.pop(servo.node_id, None)
-            servo.restarted()
+            servo.restarted(started)
         elif not servo.online:
             servo.identified = False
             servo.invalidate_readings()
             if record is not None and self._restarted_away(servo, record.status, record.status_at):
-                servo.restarted()
+                servo.restarted(started)
         servo.node_id = node
         servo.online = True
         if record is not None:
@@ -538,6 +541,11 @@ class Fleet:
         for key in servo.registers:
             self._hub.publish(ReadingChanged(servo.uid, key))
         self._hub.publish(ServoChanged(servo.uid))
+
+
+def _started(status: NodeStatus, at: Instant) -> Instant:
+    """Earliest time at which a node can have started, from its uptime of whole seconds at `at`."""
+    return at - status.uptime_sec - 1
 
 
 def _offline(servo: Servo, lag_s: float) -> LogEvent:

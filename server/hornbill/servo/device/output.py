@@ -12,6 +12,11 @@ from hornbill.units import Instant, Raw
 KEY: Final = "torque_mode"
 """Parameter 0x20 (section 4.13)."""
 
+TIMEOUT_ACTION: Final = "timeout_action"
+TIMEOUT_TIME: Final = "timeout_time"
+ROWS: Final = frozenset((KEY, TIMEOUT_ACTION, TIMEOUT_TIME))
+"""Rows that decide the state of the output: 0x20, and the timeout of 0x26 and 0x27."""
+
 ON: Final[Raw] = 0
 MODES: Final[dict[str, Raw]] = {"off": 1, "brake": 2}
 """Values of 0x20 that disable torque (section 4.13). ON (0) is not among them."""

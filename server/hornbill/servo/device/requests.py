@@ -137,22 +137,22 @@ class ServoRequests:
             raise unknown_series(servo)
         node_id = _node(servo)  # raises before the write is recorded
         servo.note_write(parameter.key, raw, self.base.now())
+        refused = False
         try:
             if (prepare := self._before_write.get(parameter.key)) is not None:
                 await prepare(servo, raw)
             with _Counted(self, node_id, servo, policy):
                 request = GetSetRequest(0, integer(raw), parameter.name)
                 response = await self.connected().request(node_id, request, **policy.options)
+            refused = response.value.kind is ValueKind.EMPTY
         except BaseException as error:
             if isinstance(error, NoResponse):
                 error.facts["key"] = parameter.key
-            servo.forget(parameter.key)  # it may have been carried out anyway
-            self._hub.publish(ReadingChanged(servo.uid, parameter.key))
-            if parameter.key == output.KEY:
-                self._hub.publish(ServoChanged(servo.uid))
+            self._forget(servo, parameter)  # it may have been carried out anyway
             raise
         finally:
-            if parameter.key == output.KEY or parameter.key in COMMANDS:
+            servo.note_write(parameter.key, raw, self.base.now())  # its last try may have come after a restart
+            if not refused and (parameter.key == output.KEY or parameter.key in COMMANDS):
                 servo.output.commanded(self.base.now())  # the response may be lost although the command arrived
         return self._value_of(servo, parameter, response, policy, "write")
 
@@ -225,9 +225,10 @@ class ServoRequests:
     def _value_of(
         self, servo: Servo, parameter: Parameter, response: GetSetResponse, policy: RetryPolicy, verb: str
     ) -> Raw:
-        """The value of a response, which is recorded. Raises Refused if there is none."""
+        """The value of a response, which is recorded. Raises Refused if there is none: the row is then unknown."""
         raw = self._integer_of(response, parameter, policy)
         if raw is None:
+            self._forget(servo, parameter)  # its last value may no longer be true
             raise Refused(
                 f"{servo.title} refused to {verb} {parameter.key} ({parameter.name}): its response has no value. "
                 "Try again. If this persists, the servo does not have this parameter.",
@@ -239,9 +240,19 @@ class ServoRequests:
         self._remember(servo, parameter, raw, self.base.now())
         return raw
 
+    def _forget(self, servo: Servo, parameter: Parameter) -> None:
+        """Mark the value of a row in RAM as unknown."""
+        register = servo.registers.get(parameter.key)
+        if register is None or register.at is None:
+            return
+        register.at = None
+        self._hub.publish(ReadingChanged(servo.uid, parameter.key))
+        if parameter.key in output.ROWS:
+            self._hub.publish(ServoChanged(servo.uid))
+
     def _remember(self, servo: Servo, parameter: Parameter, raw: Raw, now: Instant) -> None:
-        if parameter.key == output.KEY:
-            register = servo.registers.get(output.KEY)
+        if parameter.key in output.ROWS:
+            register = servo.registers.get(parameter.key)
             known = register is not None and register.at is not None
             if (changed := servo.note(parameter.key, raw, now)) or not known:
                 self._hub.publish(ServoChanged(servo.uid))

@@ -193,8 +193,8 @@ class Servo:
     def output_state(self) -> OutputState:
         """State of its motor output, with reason, author and start.
 
-        "unknown" while 0x20 is not known. Protection and the timeout disable the output while 0x20 is on. The timeout
-        cannot be read; it is derived from 0x26, 0x27 and the last known command.
+        "unknown" while 0x20 is not known. Protection and the timeout disable the output while 0x20 is on. Whether the
+        timeout did cannot be read; it is derived from 0x26, 0x27 and the last known command.
         """
         known, register = self.output, self.registers.get(output.KEY)
         reason, by, since = known.reason, known.by, known.since
@@ -203,12 +203,27 @@ class Servo:
         state = output.STATES.get(register.raw, "unknown")
         if state == "on" and known.protected_at is not None:
             return OutputState("off", "protection", None, known.protected_at)
-        action = output.STATES.get(self.raw("timeout_action") or 0, "on")
-        if state == "on" and known.timed_out_at is not None and action != "on" and not self.commanded_by_pwm:
-            return OutputState(action, "timeout", None, known.timed_out_at)
+        if state == "on" and (ended := self._by_timeout()) is not None:
+            return ended
         if reason == "configured" and known.staged is None and register.rom not in (None, register.raw):
             return OutputState(state, "command", None, since)  # switched before this server first read it
         return OutputState(state, reason, by, since)
+
+    def _by_timeout(self) -> OutputState | None:
+        """What the timeout made of an output that 0x20 has on, None if nothing. "unknown" if that takes a row that is
+        not known."""
+        known = self.output
+        action_row, time_row = (self.registers.get(key) for key in (output.TIMEOUT_ACTION, output.TIMEOUT_TIME))
+        if known.commanded_at is None or action_row is None or self.commanded_by_pwm:
+            return None
+        action = "unknown" if action_row.at is None else output.STATES.get(action_row.raw or 0, "on")
+        if action == "on":
+            return None
+        if known.timed_out_at is not None:
+            return OutputState(action, "timeout", None, known.timed_out_at)
+        if time_row is None or time_row.at is None:
+            return OutputState("unknown", known.reason, known.by, known.since)
+        return None
 
     @property
     def was_commanded(self) -> bool:
@@ -375,7 +390,7 @@ class Servo:
         self.position_unit, self.output, self.ram_before_restart = Estimate(), OutputRecord(), None
         self.restoring = False
 
-    def restarted(self, since: Instant = float("inf")) -> None:
+    def restarted(self, since: Instant) -> None:
         """Process a restart: RAM equals ROM, and ROM may have changed, because a save restarts the servo.
 
         Values written at `since` or later may have been written after the start, before it was noticed.
