@@ -31,9 +31,11 @@ def test_a_demo_starts_finds_nothing_wrong_and_ends_and_its_port_is_in_use() -> 
         assert again.returncode == 9
         assert "--port" in again.stderr
 
+        # A computer that was busy is a finding for ten seconds.
+        until(lambda: "busy" not in hornbill(url, "doctor").output, 60, "the computer is busy")
         examined = hornbill(url, "doctor")
         assert examined.exit_code == 0, examined.output
-        assert re.fullmatch(r"0 findings, 1\d checks passed\.\n", examined.stdout)
+        assert re.fullmatch(r"0 findings, \d\d checks passed\.\n", examined.stdout)
         as_json = hornbill(url, "doctor", "--json")
         assert (as_json.exit_code, json.loads(as_json.stdout)) == (0, [])
 
