@@ -111,7 +111,9 @@ sbom: $(VENV)/.runtime                        ## write the bill of materials (Cy
 	@$(BIN)/python -m tools.sbom > build/sbom.cdx.json
 
 docker:                                       ## build the image `hornbill` with Docker or Podman
-	@$$(command -v docker || command -v podman || { echo "neither docker nor podman is installed" >&2; exit 1; }) build -t hornbill .
+	@engine=$$(command -v docker || command -v podman) || { echo "neither docker nor podman is installed" >&2; exit 1; }; \
+	$$engine build --build-arg VERSION=$$(sed -n 's/^version = "\(.*\)"/\1/p' pyproject.toml) \
+		--build-arg REVISION=$$(git rev-parse HEAD 2>/dev/null) -t hornbill .
 
 release: build                                ## check and build a release; prints the remaining commands
 	@$(BIN)/python -m tools.release

@@ -1,5 +1,8 @@
 """compose.yaml, as far as it can be checked without an engine: one port, least rights, valid commands."""
 
+import os
+import subprocess
+import tomllib
 from pathlib import Path
 from typing import Any, Final
 
@@ -64,3 +67,21 @@ def test_commands_are_valid_and_both_use_one_bus() -> None:
     assert server[server.index("--host") + 1] == "0.0.0.0"
     assert servos[servos.index("--bus") + 1] == server[server.index("--bus") + 1] == "socketcan:vcan0"
     assert "vcan0" in (ROOT / "docker" / "vcan-up").read_text(encoding="utf-8")
+
+
+def test_make_docker_labels_the_image_with_version_and_commit(tmp_path: Path) -> None:
+    engine = tmp_path / "docker"
+    engine.write_text('#!/bin/sh\necho "$@"\n')
+    engine.chmod(0o755)
+    path = os.pathsep.join((str(tmp_path), os.environ["PATH"]))
+    made = subprocess.run(
+        ["make", "-s", "docker"], cwd=ROOT, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=True
+    )
+    git = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False)
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    assert made.stdout.split()[1:5] == [
+        "--build-arg",
+        f"VERSION={version}",
+        "--build-arg",
+        f"REVISION={git.stdout.strip()}",
+    ]
