@@ -146,7 +146,7 @@ async def test_a_simulated_servo_is_added_changed_compared_and_removed(
     assert (changed["load_pct"], changed["voltage_v"]) == (20.0, 10.5)
     assert rig.bench.servo(Uid(servo.uid)).conditions.load_pct == 20.0
     with pytest.raises(errors.InvalidValue, match="erase_rom"):
-        await hornbill.sim.set(servo, behaviour={"unknown": True})
+        await hornbill.sim.set(servo, behaviour={"unknown": True})  # pyright: ignore[reportArgumentType]
     added = await hornbill.sim.add(model="BLA21-06U-A0", servo_id=7)
     assert [one["uid"] for one in await hornbill.sim.servos()] == [servo.uid, added["uid"]]
     assert (await hornbill.sim.truth(added["uid"]))["horn_deg"] == pytest.approx(0, abs=1)

@@ -113,7 +113,7 @@ async def test_a_timeout_that_another_tool_shortened_too_far_is_reported_when_re
     await asyncio.sleep(0.2)
     rig.sim(servo).memory.put(address.TIMEOUT_TIME, 100)
     await asyncio.sleep(0.05)
-    json(await rig.call("GET", f"/servos/{servo.uid}/parameters/timeout_time?refresh=true"))
+    json(await rig.call("GET", f"/servos/{servo.uid}/parameters/timeout_time"))
     await asyncio.sleep(0.1)
     (event,) = rig.events("command_ended")
     assert "was not commanded for" in event.text
@@ -126,7 +126,7 @@ async def test_a_timeout_that_another_tool_shortened_is_observed_once_read(rig: 
     async with torque_stays_on(rig, servo):
         await asyncio.sleep(0.05)
         rig.sim(servo).memory.put(address.TIMEOUT_TIME, 200)
-        json(await rig.call("GET", f"/servos/{servo.uid}/parameters/timeout_time?refresh=true"))
+        json(await rig.call("GET", f"/servos/{servo.uid}/parameters/timeout_time"))
         await asyncio.sleep(2)
 
 

@@ -66,7 +66,7 @@ async def test_an_unknown_series_can_be_read_stored_and_compared(rig: Rig, servo
     assert (rows["angle_p_gain"]["value"], rows["angle_p_gain"]["maximum"]) == (61, None)
     assert rows["angle_limit_cw"]["value"] == 179.9
     assert rows["pwm_range"]["value"] == 1100
-    again = json(await rig.call("GET", f"{path}/parameters/angle_p_gain?refresh=true"))
+    again = json(await rig.call("GET", f"{path}/parameters/angle_p_gain"))
     assert again["value"] == 61
     rig.sim(servo).memory.put(0x2C, 60)
     first = json(await rig.call("POST", f"{path}/snapshots", {"reason": "as found"}), 201)
@@ -83,7 +83,7 @@ async def test_an_unknown_series_can_be_read_stored_and_compared(rig: Rig, servo
 WRITES: tuple[tuple[str, str, object], ...] = (
     ("PUT", "/parameters/angle_p_gain", {"value": 30}),
     ("PATCH", "/parameters", {"values": {"angle_p_gain": 30}}),
-    ("PATCH", "/parameters?dry_run=true", {"values": {"angle_p_gain": 30}}),
+    ("PATCH", "/parameters", {"values": {"angle_p_gain": 30}, "dry_run": True}),
     ("POST", "/command", {"type": "angle", "value": 5}),
     ("GET", "/cautions?type=angle&value=5", None),
     ("POST", "/torque", {"mode": "on"}),

@@ -23,7 +23,7 @@ RESPONSES = (
 )  # fmt: skip
 """Responses of the client methods; the types they contain are added."""
 
-REQUESTS = ("NewSimServo", "SimAutopilotChange", "SimChange", "SimOutputChange")
+REQUESTS = ("SimBehaviour", "NewSimServo", "SimAutopilotChange", "SimChange", "SimOutputChange")
 """Bodies that client methods take as keywords."""
 
 SYNC = (

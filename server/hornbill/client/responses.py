@@ -2399,7 +2399,7 @@ class SimAutopilotChange(TypedDict, total=False):
     """Move all outputs slowly while armed."""
 
 
-class SimBehaviour(TypedDict):
+class SimBehaviour(TypedDict, total=False):
     """Choices to make where the specification is silent. Omitted ones stay unchanged."""
 
     acknowledges_restart: bool | None

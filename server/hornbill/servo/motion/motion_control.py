@@ -285,10 +285,11 @@ class MotionControl:
         self._audit_later(NewAuditEntry(lease.holder, "lease", how, before=before, after=lease.holder, notes=notes))
 
     def _audit_taken(self, lease: HeldLease) -> None:
-        servos = None if lease.uids is None else [f"{uid[:8]}…" for uid in sorted(lease.uids)]
-        of = "" if servos is None else f" of {', '.join(servos)}"
+        names = [f"{uid[:8]}…" for uid in sorted(lease.uids or ())]
+        servos: list[str | int | float] = [*names]
+        of = f" of {', '.join(names)}" if names else ""
         text = f"Motion control{of} expires {lease.ttl_s:g} s after the last heartbeat."
-        note = Note(text, "lease_taken", {"ttl_s": lease.ttl_s, **known(servos=servos)})
+        note = Note(text, "lease_taken", {"ttl_s": lease.ttl_s, **known(servos=servos or None)})
         self._audit.note(NewAuditEntry(lease.holder, "lease", "taken", notes=(note,)))
 
     def _audit_later(self, entry: NewAuditEntry) -> None:

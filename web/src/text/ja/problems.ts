@@ -292,7 +292,8 @@ export const causes: Readonly<Record<string, FactsText>> = {
   label_of_recorded_servo: p =>
     `${p.servo}は記録のサーボです。名前を付けるには実際のバスを接続してください。`,
   last_command_not_accepted: p => `${p.servo}が最後の指令を受け付けませんでした。`,
-  lease_does_not_cover: () => `この動作権には含まれないサーボがあります。そのサーボの動作権を取ってください。`,
+  lease_does_not_cover: () =>
+    `この動作権には含まれないサーボがあります。そのサーボの動作権を取ってください。`,
   lease_ended: () => `動作権は終わり、指令していたサーボのトルクはオフになりました。もう一度取ってください。`,
   lease_ended_during_command: () => `指令の途中で動作権が終わりました。トルクはオフになります。`,
   lease_held_by_other: p => `${who(p.holder)}が動作権を持っています。要求するか、待ってください。`,
@@ -395,8 +396,7 @@ export const causes: Readonly<Record<string, FactsText>> = {
   not_stored_in_rom: p => `${p.key}はROMに保存されないため、設定ではありません。除いてください。`,
   observer_sends_nothing: () =>
     "オブザーバとして接続しているため、何も送信しません。送信するには、役割をゲストかホストに変えてください。",
-  nothing_to_inject: () =>
-    `故障を注入する対象がありません。サーボを追加するか、他の種類を指定してください。`,
+  nothing_to_inject: () => `故障を注入する対象がありません。サーボを追加するか、他の種類を指定してください。`,
   nothing_to_write: p => `${p.side}から${p.servo}に書き込む値がありません。行を指定してください。`,
   offline: p => `${p.servo}はオフラインです。電源と配線を確認してください。`,
   one_source_required: () =>
