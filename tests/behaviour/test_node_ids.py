@@ -116,7 +116,7 @@ async def test_a_pin_or_its_removal_takes_effect_at_the_next_start(rig: Rig, ser
     await asyncio.sleep(4)
     assert "is free" in (await remove(rig, servo.uid))["note"]
     problem(await rig.call("DELETE", f"/allocations/{servo.uid}"), "unknown_uid", 404)
-    problem(await rig.call("DELETE", "/allocations/nonsense"), "invalid_value", 422)
+    problem(await rig.call("DELETE", "/allocations/nonsense"), "unknown_servo", 404)
 
 
 @scene(PLAIN)
@@ -148,7 +148,7 @@ async def test_an_invalid_pin_is_rejected(rig: Rig) -> None:
         found = problem(await rig.call("PUT", path, {"node_id": node_id}), "invalid_value", 422)
         assert detail in found["detail"]
     assert found["owner"] == bytes(range(100, 116)).hex()
-    problem(await rig.call("PUT", "/allocations/nonsense", {"node_id": 5}), "invalid_value", 422)
+    problem(await rig.call("PUT", "/allocations/nonsense", {"node_id": 5}), "unknown_servo", 404)
     problem(await rig.call("PUT", path, {"node_id": "x"}), "invalid_value", 422)
     rig.host.allocating.own_id = 123
     found = problem(await rig.call("PUT", path, {"node_id": 123}), "invalid_value", 422)

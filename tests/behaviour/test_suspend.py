@@ -48,7 +48,7 @@ async def test_times_after_a_step_of_the_clock_agree(rig: Rig, servo: Servo, ste
     await asyncio.sleep(1)
     json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
     row = json(await rig.call("GET", "/audit"))[0]
-    reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/torque_mode?refresh=true"))
+    reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/torque_mode"))
     job = json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
     tolerance = 0.25 if abs(step_s) < 0.25 else 0.1
     assert row["at"] == pytest.approx(rig.walls(), abs=15)

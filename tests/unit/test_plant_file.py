@@ -49,4 +49,4 @@ def test_the_command_refuses_the_file_before_it_opens_a_bus(tmp_path: Path) -> N
     done = CliRunner().invoke(app, ["sim", "--bus", "virtual:x", "--plant", str(tmp_path / "a.toml")])
     assert done.exit_code == 1
     assert "inertia 1000000000.0 is above its limit" in done.stderr
-    assert CliRunner().invoke(app, ["sim"]).exit_code == 1
+    assert CliRunner().invoke(app, ["sim"]).exit_code == 2
