@@ -1,4 +1,4 @@
-"""Four minutes of an overnight rig under chaos: every report is true. `make test-release` runs eight hours."""
+"""Four minutes of an overnight rig under chaos: every report is true. `make test-release` plays half an hour."""
 
 from pathlib import Path
 
