@@ -41,7 +41,7 @@ def drift_of(server: Server, uid: str) -> list[str]:
 
 
 def limit(server: Server, uid: str) -> float:
-    return server.api.get(f"/servos/{uid}/parameters/angle_limit_cw", params={"refresh": "true"}).json()["value"]
+    return server.api.get(f"/servos/{uid}/parameters/angle_limit_cw").json()["value"]
 
 
 def test_drift_is_shown_restored_and_saved(meddled: tuple[Server, Page, str]) -> None:
