@@ -97,7 +97,8 @@ def test_the_first_start_link_signs_in_and_leaves_no_token(profile: BrowserConte
         assert secret not in page.url
     with served(*flags, HORNBILL_CONTAINER="1") as (_, said):
         assert "#token=" not in "".join(said)
-    kept = [file for file in tmp_path.rglob("*") if file.is_file()]
+    # In a container the first token is in a private file until it is used.
+    kept = [file for file in tmp_path.rglob("*") if file.is_file() and file.name != "first-token"]
     assert kept
     assert not any(secret.encode() in file.read_bytes() for file in kept)
 
