@@ -71,14 +71,6 @@ def _power_cut(target: Target, _random: Random) -> Generator[Values]:
 
 
 @contextmanager
-def _undervoltage(target: Target, random: Random) -> Generator[Values]:
-    conditions = target.servo.conditions
-    before, conditions.voltage_v = conditions.voltage_v, round(random.uniform(1.5, 5.5), 1)
-    yield {"voltage_v": conditions.voltage_v}
-    conditions.voltage_v = before
-
-
-@contextmanager
 def _restart(target: Target, random: Random) -> Generator[Values]:
     causes = sorted(key for key in target.servo.faults.keys if key.endswith("_restart"))
     cause = random.choice(causes)
@@ -94,12 +86,26 @@ def _rom_lost(target: Target, _random: Random) -> Generator[Values]:
     target.power(True)
 
 
-@contextmanager
-def _slow_start(target: Target, random: Random) -> Generator[Values]:
-    conditions = target.servo.conditions
-    before, conditions.restart_delay_s = conditions.restart_delay_s, round(random.uniform(0.5, 6.0), 2)
-    yield {"restart_delay_s": conditions.restart_delay_s}
-    conditions.restart_delay_s = before
+def _condition(name: str, draw: Callable[[Random], float]) -> _Fault:
+    """A fault that sets a field of the servo's conditions to a random value."""
+
+    @contextmanager
+    def fault(target: Target, random: Random) -> Generator[Values]:
+        conditions = target.servo.conditions
+        before = getattr(conditions, name)
+        setattr(conditions, name, draw(random))
+        yield {name: getattr(conditions, name)}
+        setattr(conditions, name, before)
+
+    return fault
+
+
+_undervoltage = _condition("voltage_v", lambda random: round(random.uniform(1.5, 5.5), 1))
+_slow_start = _condition("restart_delay_s", lambda random: round(random.uniform(0.5, 6.0), 2))
+_lost_responses = _condition("drop_responses_pct", lambda random: round(random.uniform(5, 60)))
+_late_responses = _condition("response_delay_s", lambda random: round(random.uniform(0.02, 0.6), 3))
+_load = _condition("load_pct", lambda random: round(random.choice((-1, 1)) * random.uniform(10, 90)))
+_heat = _condition("temperature_c", lambda random: round(random.uniform(60, 110)))
 
 
 @contextmanager
@@ -107,22 +113,6 @@ def _mute(target: Target, _random: Random) -> Generator[Values]:
     target.servo.conditions.mute = True
     yield {}
     target.servo.conditions.mute = False
-
-
-@contextmanager
-def _lost_responses(target: Target, random: Random) -> Generator[Values]:
-    conditions = target.servo.conditions
-    before, conditions.drop_responses_pct = conditions.drop_responses_pct, round(random.uniform(5, 60))
-    yield {"drop_responses_pct": conditions.drop_responses_pct}
-    conditions.drop_responses_pct = before
-
-
-@contextmanager
-def _late_responses(target: Target, random: Random) -> Generator[Values]:
-    conditions = target.servo.conditions
-    before, conditions.response_delay_s = conditions.response_delay_s, round(random.uniform(0.02, 0.6), 3)
-    yield {"response_delay_s": conditions.response_delay_s}
-    conditions.response_delay_s = before
 
 
 @contextmanager
@@ -141,22 +131,6 @@ def _fault_bit(target: Target, random: Random) -> Generator[Values]:
     faults.inject(key, True)
     yield {"fault": key}
     faults.inject(key, False)
-
-
-@contextmanager
-def _load(target: Target, random: Random) -> Generator[Values]:
-    conditions = target.servo.conditions
-    before, conditions.load_pct = conditions.load_pct, round(random.choice((-1, 1)) * random.uniform(10, 90))
-    yield {"load_pct": conditions.load_pct}
-    conditions.load_pct = before
-
-
-@contextmanager
-def _heat(target: Target, random: Random) -> Generator[Values]:
-    conditions = target.servo.conditions
-    before, conditions.temperature_c = conditions.temperature_c, round(random.uniform(60, 110))
-    yield {"temperature_c": conditions.temperature_c}
-    conditions.temperature_c = before
 
 
 @contextmanager
