@@ -71,14 +71,14 @@ class Leases:
 
     def grant(self, holder: str, ttl_s: float, now: Instant, uids: frozenset[Uid] | None = None) -> HeldLease:
         """A new lease. Raises LeaseHeld while a client has one of these servos, and Busy while one is promised."""
-        self._check_free(now, uids, None)
+        self._check_free(now, uids)
         return self._new(holder, ttl_s, now, ttl_s, uids)
 
     def extend(self, lease_id: str, now: Instant, uids: Collection[Uid]) -> HeldLease:
         """Renew the lease and add servos to it. Raises Unknown(unknown_lease), and as `grant` if they are not free."""
         lease = self.find(lease_id, now)
         if lease is not None and not lease.covers(uids):
-            self._check_free(now, uids, lease)
+            self._check_free(now, uids, own=lease)
             lease.uids = frozenset(uids).union(lease.uids or ())
         return self.renew(lease_id, now)
 
@@ -89,9 +89,7 @@ class Leases:
 
         Before its first renewal it lasts at least `grace_s`. Raises LeaseHeld.
         """
-        held = self.current(now, uids)
-        if held is not None:
-            raise self._held(held, now)
+        self._check_others(now, uids)
         self.promised_to = self.promised_uids = None
         return self._new(holder, ttl_s, now, max(ttl_s, grace_s), uids)
 
@@ -137,9 +135,7 @@ class Leases:
         lease = self.find(lease_id, now)
         if lease is not None and lease.covers(uids):
             return lease
-        other = next((one for one in self.valid(now) if one is not lease and one.overlaps(uids or None)), None)
-        if other is not None:
-            raise self._held(other, now)
+        self._check_others(now, uids or None, own=lease)
         if lease is not None:
             missing = sorted(set(uids) - (lease.uids or set()))
             raise LeaseRequired(
@@ -158,19 +154,22 @@ class Leases:
 
         Without `uids`: of any servo. Raises LeaseHeld.
         """
-        for lease in self.valid(now):
-            if lease.overlaps(uids or None) and not _is(lease, lease_id):
-                raise self._held(lease, now)
+        self._check_others(now, uids or None, own=self.find(lease_id, now))
 
     def who(self, lease_id: str | None, now: Instant) -> str:
         """Name for the audit: the holder of this lease while valid, else the token, else "no lease"."""
         lease = self.find(lease_id, now)
         return signed(lease.holder) if lease is not None else acting() or "no lease"
 
-    def _check_free(self, now: Instant, uids: Collection[Uid] | None, own: HeldLease | None) -> None:
+    def _check_others(self, now: Instant, uids: Collection[Uid] | None, own: HeldLease | None = None) -> None:
+        """Raises LeaseHeld if a valid lease other than `own` covers any of these servos (None: all)."""
         held = next((lease for lease in self.valid(now) if lease is not own and lease.overlaps(uids)), None)
         if held is not None:
             raise self._held(held, now)
+
+    def _check_free(self, now: Instant, uids: Collection[Uid] | None, own: HeldLease | None = None) -> None:
+        """As `_check_others`, and raises Busy if one of these servos is promised to a client."""
+        self._check_others(now, uids, own)
         if self.promised_to is not None and (
             uids is None or self.promised_uids is None or not self.promised_uids.isdisjoint(uids)
         ):
