@@ -42,6 +42,10 @@ class PlanMove(Model):
         default=0.1, ge=0, le=60, description="Time within `position_error_deg` that counts as arrival, s."
     )
 
+    def angle_of(self, name: str) -> float:
+        """Target of a servo that takes part, °."""
+        return self.angle_deg[name] if isinstance(self.angle_deg, dict) else self.angle_deg
+
 
 class PlanSpeed(Model):
     """Turn at a speed for a while, then command 0 rpm. Requires speed and torque control (0x25)."""

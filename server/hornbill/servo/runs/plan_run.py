@@ -323,7 +323,7 @@ def plan_steps(targets: Sequence[PlanTarget], plan: RunPlan, *, profile: bool) -
 def _step_text(step: PlanStep, name: str) -> tuple[str, dict[str, float]]:
     match step.do:
         case "move":
-            angle = step.angle_deg[name] if isinstance(step.angle_deg, dict) else step.angle_deg
+            angle = step.angle_of(name)
             return f"Move to {angle:g}°", {"angle_deg": angle}
         case "speed":
             return f"Turn at {step.speed_rpm:g} rpm for {step.for_s:g} s", {"rpm": step.speed_rpm, "for_s": step.for_s}

@@ -275,7 +275,7 @@ class PlanSteps:
     async def _move_to(self, run: PlanRun, target: PlanTarget, step: PlanMove) -> None:
         """Move to an angle and wait for the horn. Then the position error is checked."""
         servo, count, limit = target.servo, target.counts[run.step_number - 1], run.plan.limits.position_error_deg
-        angle = step.angle_deg[target.name] if isinstance(step.angle_deg, dict) else step.angle_deg
+        angle = step.angle_of(target.name)
         target.goal = None
         if step.speed_deg_s is None:
             commanded = await self._command(run, target, "angle", angle)
@@ -426,7 +426,7 @@ def _commands(plan: RunPlan, name: str) -> Iterator[tuple[str, float]]:
             continue
         match step.do:
             case "move":
-                yield "angle", step.angle_deg[name] if isinstance(step.angle_deg, dict) else step.angle_deg
+                yield "angle", step.angle_of(name)
             case "speed":
                 yield "speed", step.speed_rpm
             case "torque":
