@@ -149,12 +149,12 @@ class PlanSteps:
         self._motion.may_move(servo, run.lease.id)
         for kind in {kind for kind, _ in _commands(run.plan, target.name)} or {"angle"}:
             await self._motion.freshen(servo, kind, 0.0)
-        self.confirmed(run.plan, target.name, servo, run.request.confirm)
+        self.check_confirmed(run.plan, target.name, servo, run.request.confirm)
         target.had = await self._faults(run, target, READ)
         text = f"all commands permitted, {len(target.had)} fault bits set"
         return Evidence("plan_checked", text, {"faults": len(target.had)})
 
-    def confirmed(self, plan: RunPlan, name: str, servo: Servo, confirm: Collection[str]) -> None:
+    def check_confirmed(self, plan: RunPlan, name: str, servo: Servo, confirm: Collection[str]) -> None:
         """As `check_commands`; also raises NeedsConfirmation."""
         cautions.require(servo, self.check_commands(plan, name, servo), confirm)
 

@@ -13,7 +13,6 @@ from hornbill.servo.device import permission
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.motion import cautions
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.motion.motion_control import MotionControl
 from hornbill.servo.profiles.profiles import Profiles
@@ -132,7 +131,7 @@ class PlanJobs:
             values, _left_out = self._profiles.values_for(request.profile, servo)
             self._changes.plan(servo, values, confirm=request.confirm)
         else:
-            cautions.require(servo, self._steps.check_commands(request.plan, name, servo), request.confirm)
+            self._steps.check_confirmed(request.plan, name, servo, request.confirm)
 
     def _work(
         self,
