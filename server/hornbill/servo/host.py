@@ -345,7 +345,7 @@ class Host:
             bus_state=port.state.value,
             role=None if connection is None else connection.role.value,
             servos_online=len(online),
-            servos_total=sum(one.bench in (None, self.bench) for one in self.store.servos.all()),
+            servos_total=len(self.fleet.memory.here()),
             faults=sum(bool(one.raw("fault_warning") or one.raw("fault_failure")) for one in online),
             bus_load_pct=None if connection is None else round(connection.load_pct, 2),
             holder=self.leases.holders(self.base.now()) or None,
