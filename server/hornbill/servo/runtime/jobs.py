@@ -60,9 +60,9 @@ class RunningJob:
     @property
     def progress(self) -> float:
         """Share of completed or skipped steps, 0..1, or of repeated steps the `progress` in the result."""
-        told = (self.result or {}).get("progress")
-        if isinstance(told, int | float):
-            return told
+        reported = (self.result or {}).get("progress")
+        if isinstance(reported, int | float):
+            return reported
         completed = sum(step.state in ("done", "skipped") for step in self.steps)
         return completed / len(self.steps) if self.steps else 1.0
 
