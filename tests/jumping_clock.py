@@ -9,7 +9,7 @@ from typing import Any, TypeVar, TypeVarTuple
 
 from hornbill.virtual_time import START, VirtualLoop, VirtualSelector
 
-__all__ = ["START", "Deadlock", "JumpingLoop", "run"]
+__all__ = ["START", "Deadlock", "JumpingLoop", "run", "stall"]
 
 _T = TypeVar("_T")
 _Ts = TypeVarTuple("_Ts")
@@ -61,6 +61,10 @@ class JumpingLoop(VirtualLoop):
     def stuck_after_s(self, seconds: float) -> None:
         self._jumping.stuck_after_s = seconds
 
+    def stall(self, seconds: float) -> None:
+        """Advance the clock as if this iteration of the loop had taken this time: timers due meanwhile fire late."""
+        self._jumping.now += seconds
+
     def run_in_executor(
         self, executor: Executor | None, func: Callable[[*_Ts], _T], *args: *_Ts
     ) -> "asyncio.Future[_T]":
@@ -75,6 +79,13 @@ class JumpingLoop(VirtualLoop):
     def _who_waits(self) -> str:
         names = sorted(getattr(task.get_coro(), "__qualname__", "?") for task in asyncio.all_tasks(self))
         return ", ".join(names) or "the loop"
+
+
+def stall(seconds: float) -> None:
+    """Stall the running JumpingLoop."""
+    loop = asyncio.get_running_loop()
+    assert isinstance(loop, JumpingLoop)
+    loop.stall(seconds)
 
 
 def run(coro: Coroutine[Any, Any, _T]) -> _T:

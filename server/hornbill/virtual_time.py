@@ -143,10 +143,6 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         """Seconds since 1970 UTC in virtual time: real at the start of the loop, then faster."""
         return self._epoch + self._virtual.now
 
-    def stall(self, seconds: float) -> None:
-        """Advance the clock as if this iteration of the loop had taken this time: timers due meanwhile fire late."""
-        self._virtual.now += seconds
-
     def run_in_executor(
         self, executor: Executor | None, func: Callable[[*_Ts], _T], *args: *_Ts
     ) -> "asyncio.Future[_T]":

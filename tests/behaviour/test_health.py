@@ -15,6 +15,7 @@ from behaviour.test_store_stalled import disk_full
 from hornbill import resources
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.doctor.server import DISK_FULL, DISK_LOW
+from jumping_clock import stall
 
 ROOT = "http://127.0.0.1"
 
@@ -28,12 +29,6 @@ async def ready(rig: Rig) -> tuple[int, Any]:
 async def findings(rig: Rig) -> list[str]:
     """Codes of the doctor's findings on the server."""
     return [one["code"] for one in json(await rig.call("GET", "/bus/doctor")) if not one["node_ids"]]
-
-
-def stall(seconds: float) -> None:
-    """Block the event loop for some time."""
-    loop: Any = asyncio.get_running_loop()
-    loop._jumping.now += seconds
 
 
 @scene(PLAIN, store=lambda tmp_path: str(tmp_path), behind=True)

@@ -15,7 +15,7 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.hub import LeaseChanged
 from hornbill.wire.datatype import Kind
 from hornbill.wire.services import GetSetRequest, ValueKind
-from jumping_clock import JumpingLoop
+from jumping_clock import stall
 
 TWENTY = [replace(HOLDING, servo_id=n, node_id=10 + n) for n in range(1, 21)]
 TWO = TWENTY[:2]
@@ -70,10 +70,6 @@ async def audit(rig: Rig, outcome: str) -> tuple[object, ...]:
     rows = json(await rig.http.get("/audit", params={"action": "lease"}))
     row = next(row for row in rows if row["outcome"] == outcome)
     return row["by"], row["before"], row["after"], row["detail"]
-
-
-def stall(seconds: float) -> None:
-    cast("JumpingLoop", asyncio.get_running_loop()).stall(seconds)
 
 
 async def read_forever(rig: Rig, servo: Servo) -> None:
