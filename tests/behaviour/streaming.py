@@ -1,11 +1,20 @@
 """Transport from a client to a host in the same process, with endless responses that can be cut."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from typing import Any
 
 import httpx
 from fastapi import FastAPI
+
+
+def http_scope(path: str, query: bytes, headers: Sequence[tuple[bytes, bytes]]) -> dict[str, Any]:
+    """The ASGI scope of a GET from another computer."""
+    return {
+        "type": "http", "method": "GET", "path": path, "raw_path": path.encode(), "query_string": query,
+        "headers": [*headers], "root_path": "", "scheme": "http", "client": ("192.0.2.9", 1), "server": ("test", 80),
+        "http_version": "1.1", "asgi": {"version": "3.0", "spec_version": "2.3"},
+    }  # fmt: skip
 
 
 class _Lines(httpx.AsyncByteStream):
@@ -62,13 +71,8 @@ class StreamingTransport(httpx.AsyncBaseTransport):
             await asyncio.Event().wait()
             raise AssertionError
 
-        scope = {
-            "type": "http", "method": request.method, "path": request.url.path,
-            "raw_path": request.url.path.encode(), "query_string": request.url.query,
-            "headers": [(name.lower(), value) for name, value in request.headers.raw], "root_path": "",
-            "scheme": "http", "client": ("192.0.2.9", 1), "server": ("test", 80), "http_version": "1.1",
-            "asgi": {"version": "3.0", "spec_version": "2.3"},
-        }  # fmt: skip
+        headers = [(name.lower(), value) for name, value in request.headers.raw]
+        scope = http_scope(request.url.path, request.url.query, headers)
         task = asyncio.create_task(self._app(scope, receive, send))
         start = await begun
         self._open.append(parts)

@@ -14,6 +14,7 @@ from behaviour.restarting import run
 from behaviour.rig import PLAIN, Rig, Socket, json, problem
 from behaviour.scene import scene
 from behaviour.secured import SecuredServer, secured
+from behaviour.streaming import http_scope
 from hornbill.api.live import event_log
 from hornbill.api.live.event_log import EventBuffer, LogEntry
 from hornbill.api.live.event_stream import HEARTBEAT_S, end_streams, places
@@ -38,14 +39,9 @@ class Stream:
         self.headers: dict[str, str] = {}
         self._text = ""
         self.last: str | None = None
-        path = "/api/v1/events/stream"
         names = {"host": "localhost", **headers, **({} if last is None else {"last-event-id": last})}
-        scope: dict[str, Any] = {
-            "type": "http", "method": "GET", "path": path, "raw_path": path.encode(), "query_string": query.encode(),
-            "headers": [(name.encode(), value.encode()) for name, value in names.items()], "root_path": "",
-            "scheme": "http", "client": ("192.0.2.9", 1), "server": ("test", 80), "http_version": "1.1",
-            "asgi": {"version": "3.0", "spec_version": "2.3"},
-        }  # fmt: skip
+        headed = [(name.encode(), value.encode()) for name, value in names.items()]
+        scope = http_scope("/api/v1/events/stream", query.encode(), headed)
         self.task = asyncio.create_task(app(scope, self._receive, self._send))  # pyright: ignore[reportArgumentType]
 
     async def _receive(self) -> dict[str, Any]:
