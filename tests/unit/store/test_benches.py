@@ -1,15 +1,14 @@
 """Several benches in one database: the lock of a name, what is shared, and a database that is away for a while."""
 
-import asyncio
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from behaviour.rig import until
 from hornbill.errors import StoreFailed
 from hornbill.store.audit import NewAuditEntry
 from hornbill.store.benches import NO_CONTACT_S
@@ -172,9 +171,3 @@ async def test_a_change_that_the_database_rejects_does_not_delay_others(place: s
         await store.settled()
         assert (store.lost, store.pending) == (1, 0)
         assert store.settings.get("one") == 1
-
-
-async def until(condition: Callable[[], object]) -> None:
-    async with asyncio.timeout(20):
-        while not condition():
-            await asyncio.sleep(0.01)
