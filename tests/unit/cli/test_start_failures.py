@@ -217,3 +217,12 @@ def test_the_version_names_the_commit() -> None:
     found = json.loads(CliRunner().invoke(app, ["version", "--json"]).stdout)
     assert plain == f"hornbill {found['version']}" + (f" (commit {found['commit']})" if found["commit"] else "") + "\n"
     assert CliRunner().invoke(app, ["version"]).stdout == plain
+
+
+@pytest.mark.parametrize("command", [["tokens", "list"], ["backup", "new.zip"], ["check"]])
+def test_an_invalid_setting_is_one_sentence_without_its_value_for_every_command(command: list[str]) -> None:
+    done = CliRunner().invoke(app, command, env={"HORNBILL_NODE_ID": TOKEN})
+    assert done.exit_code == 2
+    assert "Invalid setting node_id" in done.stderr
+    assert "HORNBILL_NODE_ID" in done.stderr
+    assert TOKEN not in done.output

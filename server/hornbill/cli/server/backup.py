@@ -9,6 +9,7 @@ import typer
 
 from hornbill.cli.confirm import Yes, require_confirmation
 from hornbill.cli.failing import failures
+from hornbill.cli.server.server_settings import DataDir, settings_of
 from hornbill.cli.showing import instant
 from hornbill.errors import NotAvailable
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 
 IN_UNIT: Final = "/opt/hornbill/bin/hornbill"
 """Program in the packaged unit; the printed one names this environment's."""
-DataDir = Annotated[Path | None, typer.Option(help="Data folder, as for 'hornbill serve'.")]
 
 
 def backup(
@@ -54,10 +54,8 @@ def systemd_unit() -> None:
 
 
 def _folder(data_dir: Path | None) -> Path:
-    """The data folder. Raises NotAvailable if the database is not in it."""
-    from hornbill.app.settings import Settings
-
-    settings = Settings() if data_dir is None else Settings(data_dir=data_dir)
+    """The data folder. Raises NotAvailable if the database is not in it, and CannotStart."""
+    settings = settings_of(data_dir=data_dir)
     if settings.database is not None:
         raise NotAvailable(
             "HORNBILL_DATABASE names a database server, which has its own backups. Use pg_dump and pg_restore, and "

@@ -15,6 +15,7 @@ import typer
 from hornbill.cli import remedies
 from hornbill.cli.connection import LOCAL_URL, AsJson, AsJsonLines, Server, ServoName, client
 from hornbill.cli.failing import Exit, code_of, failures
+from hornbill.cli.server.server_settings import settings_of
 from hornbill.cli.showing import print_json, print_table
 from hornbill.errors import CannotStart, InvalidValue
 
@@ -278,20 +279,8 @@ def openapi() -> None:
 
 
 def _settings(**flags: Any) -> "Settings":
-    from pydantic import ValidationError
-
-    from hornbill.app.settings import Settings
-
     with failures():
-        try:
-            return Settings(**{name: value for name, value in flags.items() if value is not None})
-        except ValidationError as error:
-            wrong = error.errors(include_input=False, include_url=False)[0]  # an input may be a token
-            name = str(wrong["loc"][0])
-            raise CannotStart(
-                f"Invalid setting {name}: {wrong['msg']}. Correct "
-                f"HORNBILL_{name.upper()}, or the option.", cause=None, part="settings", retry=False,
-            ) from None  # fmt: skip
+        return settings_of(**flags)
 
 
 def _demo_bus(requested: str | None) -> tuple[str | None, str]:

@@ -10,6 +10,7 @@ import typer
 
 from hornbill.cli.connection import AsJson
 from hornbill.cli.failing import failures
+from hornbill.cli.server.server_settings import DataDir, settings_of
 from hornbill.cli.showing import instant, print_json
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 app = typer.Typer(no_args_is_help=True, help="Create, list and revoke access tokens.")
 
 Name = Annotated[str, typer.Argument(help="Name of the token, shown in the audit and as the holder of leases.")]
-DataDir = Annotated[Path | None, typer.Option(help="Data folder, as for 'hornbill serve'.")]
 DatabaseUrl = Annotated[str | None, typer.Option(help="Database URL. Also HORNBILL_DATABASE.")]
 
 
@@ -99,11 +99,9 @@ def first_link(token: str | None, scheme: str, port: int) -> str:
 
 @contextmanager
 def _tokens(data_dir: Path | None, database: str | None) -> "Generator[Tokens]":
-    from hornbill.app.settings import Settings
     from hornbill.store.store import Store
 
-    given = {"data_dir": data_dir, "database": database}
     with failures():
-        settings = Settings(**{name: value for name, value in given.items() if value is not None})  # pyright: ignore[reportArgumentType]
+        settings = settings_of(data_dir=data_dir, database=database)
         with Store(settings.database or settings.data_dir, bench=settings.bench) as store:
             yield store.tokens
