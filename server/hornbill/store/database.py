@@ -80,8 +80,9 @@ class Database:
             event.listen(engine, "begin", self._begin_postgresql)
         self.known: dict[str, int] = {}
         """Revisions of shared tables up to which all changes are ours or were read."""
-        event.listen(engine, "after_execute", self._count)
-        event.listen(engine, "rollback", self._uncount)
+        if not self.is_file or engine.url.database:  # no other process changes a database in memory
+            event.listen(engine, "after_execute", self._count)
+            event.listen(engine, "rollback", self._uncount)
         try:
             file = engine.url.database
             if self.is_file and file and Path(file).parent.is_dir():
