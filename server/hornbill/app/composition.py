@@ -32,16 +32,12 @@ from hornbill.servo.runtime.computing import in_a_process
 from hornbill.servo.runtime.hub import LogEvent
 from hornbill.sim.bench.autopilot import MAX_OUTPUTS
 from hornbill.sim.bench.bench import Bench, demo_fleet
+from hornbill.store.data_folder import LOGS_FOLDER, RECORDINGS_FOLDER
 from hornbill.store.store import Store
 from hornbill.view.proxy import routes
 from hornbill.view.viewer import Viewer
 from hornbill.virtual_time import VirtualLoop, utc_of
 from hornbill.wire.port import split_frame_gap
-
-LOGS_FOLDER = "logs"
-"""Subfolder of bus logs in the data folder."""
-RECORDINGS_FOLDER = "recordings"
-"""Subfolder of recordings in the data folder."""
 
 
 def build(

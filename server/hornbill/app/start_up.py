@@ -6,10 +6,9 @@ from typing import Final
 
 from hornbill.app import network_policy, serving
 from hornbill.app.bus_ports import BusPorts, with_frame_gap
-from hornbill.app.composition import LOGS_FOLDER, RECORDINGS_FOLDER
 from hornbill.app.settings import Settings
 from hornbill.errors import HornbillError
-from hornbill.store.data_folder import prepare
+from hornbill.store.data_folder import LOGS_FOLDER, RECORDINGS_FOLDER, prepare
 from hornbill.store.inspection import Inspection, inspect
 from hornbill.store.migrate import NEWEST
 

@@ -9,8 +9,11 @@ from hornbill.errors import StoreFailed
 
 FILE_NAME: Final = "hornbill.sqlite3"
 """The database in the data folder. Copies of it and SQLite's own files have names that start like it."""
-FOLDERS: Final = ("logs", "recordings")
-"""Subfolders with files of the bus."""
+LOGS_FOLDER: Final = "logs"
+"""Subfolder of bus logs."""
+RECORDINGS_FOLDER: Final = "recordings"
+"""Subfolder of recordings."""
+FOLDERS: Final = (LOGS_FOLDER, RECORDINGS_FOLDER)
 
 
 def prepare(folder: Path) -> None:
