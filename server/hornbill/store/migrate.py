@@ -30,7 +30,7 @@ def migrate(connection: Connection, bench: str, before: Callable[[str], None] = 
     if not inspect(connection).has_table("alembic_version"):
         _create(connection)
         return
-    found = connection.execute(text("SELECT version_num FROM alembic_version")).scalar_one_or_none()
+    found = _stored_revision(connection)
     if found == NEWEST:
         return
     config = _config_for(found)
@@ -45,10 +45,14 @@ def revision_of(connection: Connection) -> str | None:
     """The revision of the tables; None for a new database. Changes nothing. Raises UnknownRevision."""
     if not inspect(connection).has_table("alembic_version"):
         return None
-    found = connection.execute(text("SELECT version_num FROM alembic_version")).scalar_one_or_none()
+    found = _stored_revision(connection)
     if found != NEWEST:
         _config_for(found)
     return found
+
+
+def _stored_revision(connection: Connection) -> str | None:
+    return connection.execute(text("SELECT version_num FROM alembic_version")).scalar_one_or_none()
 
 
 def _config_for(revision: str | None) -> "Config":
