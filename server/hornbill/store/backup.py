@@ -1,7 +1,6 @@
 """Backup of a data folder in one zip file: the SQLite database, logs and recordings; and its restoration."""
 
 import json
-import os
 import shutil
 import sqlite3
 import tempfile
@@ -14,8 +13,8 @@ from typing import Any, Final
 
 from hornbill import __version__
 from hornbill.errors import Conflict, InvalidValue, StoreFailed
-from hornbill.store.copies import copy_file
-from hornbill.store.data_folder import FILE_NAME, FOLDERS, prepare
+from hornbill.store.copies import beside, copy_file
+from hornbill.store.data_folder import FILE_NAME, FOLDERS, create_private, prepare
 from hornbill.store.inspection import inspect
 
 MANIFEST: Final = "backup.json"
@@ -61,8 +60,8 @@ def back_up(folder: Path, file: Path) -> Backup:
             copy_file(folder / FILE_NAME, copy)
             size = sum(one.stat().st_size for one in (copy, *files))
             made = Backup(__version__, time.time(), len(files), size)
-            descriptor = os.open(unfinished, os.O_CREAT | os.O_TRUNC | os.O_WRONLY, 0o600)
-            with os.fdopen(descriptor, "wb") as out, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+            create_private(unfinished)
+            with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
                 about = {"format": FORMAT, "version": made.version, "created_at": made.created_at, "size": size}
                 archive.writestr(MANIFEST, json.dumps(about))
                 archive.write(copy, FILE_NAME)
@@ -146,7 +145,7 @@ def _move_away(folder: Path) -> Path | None:
                     f"{database} is in use. Stop the server first.", cause=None, reason="locked", retry=True
                 ) from None
             # damaged: this is what backups are for
-    previous = database.with_name(f"{FILE_NAME}.before-restore.{time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())}")
+    previous = beside(database, "before-restore")
     for suffix in ("", "-wal", "-shm"):
         if (one := Path(f"{database}{suffix}")).exists():
             one.rename(f"{previous}{suffix}")

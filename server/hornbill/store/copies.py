@@ -25,7 +25,11 @@ def copy_before_migration(database: Path, revision: str) -> Path:
 
     Copies are never removed automatically. Raises OSError and sqlite3.Error.
     """
-    stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
-    copy = database.with_name(f"{database.name}.tables-{revision}.{stamp}")
+    copy = beside(database, f"tables-{revision}")
     copy_file(database, copy)
     return copy
+
+
+def beside(database: Path, what: str) -> Path:
+    """Path for a copy of a database in its folder, with the present time in its name."""
+    return database.with_name(f"{database.name}.{what}.{time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())}")
