@@ -71,11 +71,12 @@ def listen(host: str, port: int) -> socket.socket:
     return made
 
 
-def url_of(listening: socket.socket, scheme: str, root_path: str = "") -> str:
-    """Address of the page for other computers: the host name if the socket listens on all addresses."""
+def url_of(listening: socket.socket, scheme: str, everywhere: str | None = None) -> str:
+    """Address of the page. `everywhere`: host to show if the socket listens on all addresses."""
     host, port = listening.getsockname()[:2]
-    host = socket.gethostname() if host in ("0.0.0.0", "::") else host
-    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}{root_path}/"
+    if everywhere is not None and host in ("0.0.0.0", "::"):
+        host = everywhere
+    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}/"
 
 
 async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tuple[Path, Path] | None = None) -> None:
@@ -97,9 +98,8 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tupl
         # Exclude imported objects from garbage collection: scanning them would delay frames by up to 0.1 s.
         gc.freeze()
         gc.enable()
-        host, port = listening.getsockname()[:2]
-        shown = f"[{host}]" if ":" in host else host
-        print(announce.format(url=f"{'https' if tls else 'http'}://{shown}:{port}/"), flush=True)  # noqa: T201 - the one line a user waits for
+        url = url_of(listening, "https" if tls else "http")
+        print(announce.format(url=url), flush=True)  # noqa: T201 - the one line a user waits for
     await running
 
 

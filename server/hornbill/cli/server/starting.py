@@ -8,6 +8,7 @@ from collections.abc import Generator
 from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
+from socket import gethostname
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
@@ -308,12 +309,13 @@ def _serve(settings: "Settings", *, demo: bool, announce: str) -> None:
     with failures(), _files_of_start():
         exposed = network_policy.decide(settings, demo=demo)
         with closing(serving.listen(settings.host, settings.port)) as listening:
+            tls = settings.tls
+            scheme = "http" if tls is None else "https"
             built = application.build(
                 settings, demo=demo, log=lambda text: print(text, file=sys.stderr), exposure=exposed,
-                url=serving.url_of(listening, "http" if settings.tls is None else "https"),
+                url=serving.url_of(listening, scheme, everywhere=gethostname()),
             )  # fmt: skip
-            tls = settings.tls
-            announce += first_link(exposed.first_token, "http" if tls is None else "https", listening.getsockname()[1])
+            announce += first_link(exposed.first_token, scheme, listening.getsockname()[1])
             try:
                 with asyncio.Runner(loop_factory=lambda: serving.loop_of(settings.speed if demo else None)) as runner:
                     runner.run(serving.serve(built, listening, announce, tls))
