@@ -4,7 +4,7 @@ import asyncio
 import os
 import ssl
 import uuid
-from collections.abc import AsyncGenerator, AsyncIterator
+from collections.abc import AsyncGenerator, AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from typing import Any
 
@@ -89,7 +89,7 @@ class AsyncConnection:
             sent["Idempotency-Key"] = uuid.uuid4().hex
         request = self._http.build_request(
             verb, path, content=content, headers=sent, json=body,
-            params={key: _text(value) for key, value in query.items() if value is not None},
+            params=_given(query),
             timeout=httpx.USE_CLIENT_DEFAULT if timeout_s is None else timeout_s,
         )  # fmt: skip
         response = await self._send(request, 1 if once or verb not in ("GET", "POST") else self._tries)
@@ -97,20 +97,19 @@ class AsyncConnection:
             return None
         return response.json() if _is_json(response) else response.text
 
-    async def download(self, path: str, **query: str) -> bytes:
-        """Content of a file below /api/v1."""
-        request = self._http.build_request("GET", path, params=query)
+    async def download(self, path: str, **query: object) -> bytes:
+        """Content of a file below /api/v1. None in `query` is omitted."""
+        request = self._http.build_request("GET", path, params=_given(query))
         return (await self._send(request, self._tries)).content
 
     @asynccontextmanager
     async def lines(
-        self, path: str, *, silence_s: float, headers: dict[str, str], **query: str | None
+        self, path: str, *, silence_s: float, headers: dict[str, str], **query: object
     ) -> AsyncGenerator[AsyncIterator[str]]:
         """Lines of an endless response below /api/v1. Raises ServerUnreachable if it ends or none comes for
         `silence_s`.
         """
-        given = {key: value for key, value in query.items() if value is not None}
-        timeout = httpx.Timeout(self._http.timeout.connect, read=silence_s)
+        given, timeout = _given(query), httpx.Timeout(self._http.timeout.connect, read=silence_s)
         try:
             async with self._http.stream("GET", path, params=given, headers=headers, timeout=timeout) as response:
                 if response.is_error:
@@ -186,6 +185,11 @@ def _authorities() -> ssl.SSLContext:
 def _problem(response: httpx.Response) -> HornbillError:
     found = response.json() if _is_json(response) else {"detail": response.text[:200]}
     return raised(response.status_code, found)
+
+
+def _given(query: Mapping[str, object]) -> dict[str, str]:
+    """Texts of query parameters, without those that are None."""
+    return {key: _text(value) for key, value in query.items() if value is not None}
 
 
 def _text(value: object) -> str:

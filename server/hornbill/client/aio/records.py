@@ -33,7 +33,7 @@ class AsyncRecords:
 
     async def servos_csv(self, *, q: str | None = None) -> bytes:
         """Inventory as CSV, with one column per ROM value. `q`: as in `servos`."""
-        return await self._download("/inventory.csv", **({} if q is None else {"q": q}))
+        return await self._download("/inventory.csv", q=q)
 
     async def label(self, uid: str, label: str) -> responses.KnownServo:
         """Set the nickname of a servo (up to 64 characters), on the bus or not."""
@@ -65,8 +65,7 @@ class AsyncRecords:
         self, *, uid: str | None = None, key: str | None = None, action: str | None = None, since: float | None = None
     ) -> bytes:
         """All matching audit rows as CSV."""
-        given = {"uid": uid, "key": key, "action": action, "since": None if since is None else str(since)}
-        return await self._download("/audit.csv", **{name: value for name, value in given.items() if value is not None})
+        return await self._download("/audit.csv", uid=uid, key=key, action=action, since=since)
 
     async def runs(self, *, uid: str | None = None, limit: int = 50) -> list[responses.StepRun]:
         """Step test runs, newest first, without samples."""

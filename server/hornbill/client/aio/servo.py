@@ -283,8 +283,7 @@ class AsyncServo:
     ) -> bytes:
         """Twin for the simulator (json), or actuator for MuJoCo or URDF. `stall_nm`: stall torque, N·m; without it
         torque is in shares of it."""
-        scale = {} if stall_nm is None else {"stall_nm": f"{stall_nm:g}"}
-        return await self._hornbill.download(f"{self._path}/mechanics/export", format=format, **scale)
+        return await self._hornbill.download(f"{self._path}/mechanics/export", format=format, stall_nm=stall_nm)
 
     async def frequency_response(
         self,

@@ -281,8 +281,7 @@ class Servo:
     ) -> bytes:
         """Twin for the simulator (json), or actuator for MuJoCo or URDF. `stall_nm`: stall torque, N·m; without it
         torque is in shares of it."""
-        scale = {} if stall_nm is None else {"stall_nm": f"{stall_nm:g}"}
-        return self._hornbill.download(f"{self._path}/mechanics/export", format=format, **scale)
+        return self._hornbill.download(f"{self._path}/mechanics/export", format=format, stall_nm=stall_nm)
 
     def frequency_response(
         self,
