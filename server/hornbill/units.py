@@ -1,4 +1,4 @@
-"""Types of numbers and names that must not be mixed: identifiers, times, raw values."""
+"""Types of numbers and names that must not be mixed: identifiers, times, raw values; and the text of serial numbers."""
 
 from typing import NewType, TypeAlias
 
@@ -19,3 +19,8 @@ Raw: TypeAlias = int
 
 Instant: TypeAlias = float
 """Time on the event loop's monotonic clock, s. Durations are plain floats, s."""
+
+
+def serial_text(model_number: int, product_number: int) -> str:
+    """Serial number as printed on a servo: model number, hyphen, product number (section 4.41)."""
+    return f"{model_number}-{product_number:06d}"

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from hornbill.store.database import Database
 from hornbill.store.tables import Json, ServoRow
-from hornbill.units import Uid
+from hornbill.units import Uid, serial_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +53,9 @@ class StoredServo:
 
     @property
     def serial_text(self) -> str | None:
-        """Serial number as printed on the servo: model number, dash, product number. None if unknown."""
+        """Serial number as printed on the servo. None if unknown."""
         model, product = self.facts.model_number, self.facts.serial
-        return None if model is None or product is None else f"{model}-{product:06d}"
+        return None if model is None or product is None else serial_text(model, product)
 
 
 class Servos:

@@ -127,10 +127,8 @@ def of_inventory(uid: Uid, stored: StoredServo | None) -> ServoRecord:
     if stored is None:
         return record
     facts = stored.facts
-    numbers = facts.model_number, facts.serial
-    serial = None if None in numbers else f"{numbers[0]}-{numbers[1]:06d}"
-    record.label, record.serial, record.model = stored.label, serial, facts.model
-    record.title = stored.label or serial or f"servo {uid[:8]}"
+    record.label, record.serial, record.model = stored.label, stored.serial_text, facts.model
+    record.title = stored.label or record.serial or f"servo {uid[:8]}"
     record.firmware = None if facts.firmware is None else to_text(facts.firmware)
     record.hardware_version, record.production_date = facts.hardware_version, facts.production_date
     record.servo_id, record.node_id = facts.servo_id, facts.node_id

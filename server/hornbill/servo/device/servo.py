@@ -15,7 +15,7 @@ from hornbill.schema.parameter import DUMMY, Parameter
 from hornbill.servo.device import output
 from hornbill.servo.device.output import OutputRecord, OutputState
 from hornbill.servo.device.position_estimate import Estimate
-from hornbill.units import Instant, NodeId, Raw, Uid
+from hornbill.units import Instant, NodeId, Raw, Uid, serial_text
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 
 STATUS_PERIOD_S = 0.1
@@ -268,7 +268,7 @@ class Servo:
         """Model number, hyphen, product number; unique across all models (section 4.41)."""
         if self.model_number is None or self.serial_number is None:
             return None
-        return f"{self.model_number}-{self.serial_number:06d}"
+        return serial_text(self.model_number, self.serial_number)
 
     @property
     def firmware_text(self) -> str | None:

@@ -30,7 +30,7 @@ from hornbill.sim.bench.bench import Bench
 from hornbill.sim.bench.chaos import INTERVAL_S, KINDS, RECORDED, ChaosKind
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo
-from hornbill.units import Raw, Uid
+from hornbill.units import Raw, Uid, serial_text
 from hornbill.virtual_time import MAX_SPEED, VirtualLoop
 
 Percent = Annotated[float, Field(ge=0, le=100)]
@@ -578,7 +578,7 @@ def _shown(bench: Bench, uid: Uid) -> SimServo:
         uid=uid,
         model=servo.model.name,
         firmware=to_text(servo.firmware),
-        serial=f"{servo.model.model_number}-{servo.serial:06d}",
+        serial=serial_text(servo.model.model_number, servo.serial),
         story=bench.story(uid),
         power="on" if servo.powered else "off",
         stage=servo.stage.value,  # pyright: ignore[reportArgumentType] - a Stage is one of these words
