@@ -25,7 +25,8 @@ COMMAND_LINE: Final = "command line"
 WHO: Final = "hornbill.who"
 """Key of a request's Identity in its ASGI scope; the value is None without a credential."""
 REFRESH_S: Final = 1.0
-"""Maximum delay until a token created or revoked by another process takes effect."""
+"""Interval at which tokens that another process changed are reloaded, s. The store notices changes within another
+second."""
 USED_S: Final = 60.0
 """Interval at which the last use of tokens is stored."""
 MOST_PROVED: Final = 1000
@@ -88,20 +89,22 @@ class Access:
         self._age()
         if self._store is None:
             return
+        self._changed = False  # before they are read, so that no later change is missed
         try:
             self._take(await self._store.run(self._store.tokens.all))
             if self._now() - self._used_stored_at >= USED_S:
                 await self._store_used()
         except StoreFailed:
+            self._changed = True
             log.warning("cannot reload the tokens; known tokens stay valid", exc_info=True)
 
     async def keep_fresh(self) -> None:
-        """Call `refresh` when another process changed the tokens, and store their last use, until cancelled."""
+        """Call `refresh` when another process changed the tokens, until it succeeds, and store their last use, until
+        cancelled."""
         while True:
             await asyncio.sleep(REFRESH_S)
             self._age()
             if self._changed or self._now() - self._used_stored_at >= USED_S:
-                self._changed = False
                 await self.refresh()
 
     def _on_changed(self, table: str) -> None:
