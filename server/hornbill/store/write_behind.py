@@ -141,7 +141,7 @@ class Writer:
         if not one.abandoned:
             self._write()
         if one.abandoned:
-            raise StoreFailed("Nobody waits for this call any more.", cause="store_timeout", retry=True)
+            raise StoreFailed("The caller has stopped waiting for this call.", cause="store_timeout", retry=True)
         before = ABANDONED.set(lambda: one.abandoned)
         try:
             return self._timed(one.make, one.at)
