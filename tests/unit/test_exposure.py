@@ -5,9 +5,10 @@ from typing import Any
 
 import pytest
 
-from hornbill.app.network_policy import FIRST_FILE, LOCAL, NetworkPolicy, decide, in_container, may_open
+from hornbill.app.network_policy import LOCAL, NetworkPolicy, decide, in_container, may_open
 from hornbill.app.settings import Settings
 from hornbill.errors import CannotStart, PortOpenFailed
+from hornbill.store.data_folder import FIRST_TOKEN
 from hornbill.store.store import Store
 
 OUTSIDE = {"HORNBILL_CONTAINER": "0"}
@@ -82,7 +83,7 @@ def test_a_server_in_a_container_creates_a_token_at_its_first_start(tmp_path: Pa
     first = decide(settings(tmp_path, host="0.0.0.0"), demo=False, environment=INSIDE)
     assert first.required
     assert first.first_token is not None
-    file = tmp_path / FIRST_FILE
+    file = tmp_path / FIRST_TOKEN
     assert file.read_text() == f"{first.first_token}\n"
     assert file.stat().st_mode & 0o777 == 0o600
     file.unlink()

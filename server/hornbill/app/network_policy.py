@@ -10,14 +10,13 @@ from typing import Final
 from hornbill.app.bus_ports import EMBEDDED
 from hornbill.app.settings import Settings
 from hornbill.errors import CannotStart, PortOpenFailed
+from hornbill.store.data_folder import FIRST_TOKEN, prepare
 from hornbill.store.store import Store
 from hornbill.wire.port import REPLAYS
 
 LOCAL: Final = frozenset(("127.0.0.1", "localhost", "::1"))
 FIRST: Final = "first start"
 """Name of the token that a container creates at its first start."""
-FIRST_FILE: Final = "first-token"
-"""File with this token in the data folder."""
 SHORTEST: Final = 16
 """Minimum length of a token given by the user, because guesses at Stop are not limited."""
 CONTAINER: Final = "HORNBILL_CONTAINER"
@@ -92,8 +91,8 @@ def decide(
 
 def _write_first(folder: Path, token: str) -> None:
     """Write the first token to a file that only its owner can read: the log that shows it may rotate."""
-    folder.mkdir(parents=True, exist_ok=True)
-    file = folder / FIRST_FILE
+    prepare(folder)
+    file = folder / FIRST_TOKEN
     file.unlink(missing_ok=True)
     file.touch(mode=0o600, exist_ok=False)  # before it has content
     file.write_text(f"{token}\n", encoding="utf-8")

@@ -14,17 +14,19 @@ LOGS_FOLDER: Final = "logs"
 RECORDINGS_FOLDER: Final = "recordings"
 """Subfolder of recordings."""
 FOLDERS: Final = (LOGS_FOLDER, RECORDINGS_FOLDER)
+FIRST_TOKEN: Final = "first-token"
+"""File with the token that a container creates at its first start."""
 
 
 def prepare(folder: Path) -> None:
-    """Create the data folder, mode 0700. Files of an existing one get 0600, and so that only its user can read them.
+    """Create the data folder, mode 0700. In an existing one, our files get mode 0600, our subfolders 0700.
 
     The mode of an existing folder is changed only if nothing else is in it. Raises StoreFailed.
     """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         content = [*folder.iterdir()]
-        ours = [one for one in content if one.name.startswith(FILE_NAME) or one.name in FOLDERS]
+        ours = [one for one in content if one.name.startswith(FILE_NAME) or one.name in (*FOLDERS, FIRST_TOKEN)]
         for path in (*ours, *([folder] if len(ours) == len(content) else [])):
             _make_private(path)
     except FileExistsError:

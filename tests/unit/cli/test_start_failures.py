@@ -18,7 +18,7 @@ from hornbill.app.serving import listen
 from hornbill.cli import app
 from hornbill.errors import CannotStart
 from hornbill.store import database as databases
-from hornbill.store.data_folder import FILE_NAME
+from hornbill.store.data_folder import FILE_NAME, FIRST_TOKEN
 from hornbill.store.store import Store
 
 TOKEN = "long-enough-a-token"
@@ -200,10 +200,12 @@ def test_the_data_folder_is_for_its_user_alone(tmp_path: Path) -> None:
             assert {mode(one) for one in folder.iterdir()} == {0o600}
         assert mode(folder) == 0o700
         (folder / "logs").mkdir()
+        (folder / FIRST_TOKEN).touch(mode=0o644)
         folder.chmod(0o755)
         (folder / FILE_NAME).chmod(0o644)
         Store(folder).close()
         assert (mode(folder), mode(folder / FILE_NAME), mode(folder / "logs")) == (0o700, 0o600, 0o700)
+        assert mode(folder / FIRST_TOKEN) == 0o600
         (folder / "thesis.odt").touch()
         folder.chmod(0o755)
         Store(folder).close()
