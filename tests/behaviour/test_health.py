@@ -15,6 +15,7 @@ from behaviour.test_store_stalled import disk_full
 from hornbill import resources
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.doctor.server import DISK_FULL, DISK_LOW
+from hornbill.store.audit import NewAuditEntry
 from jumping_clock import stall
 
 ROOT = "http://127.0.0.1"
@@ -72,6 +73,14 @@ async def test_a_lost_bus_is_not_ready_and_no_bus_is(rig: Rig, servo: Servo) -> 
     json(await rig.call("DELETE", "/bus"))
     status, body = await ready(rig)
     assert (status, body["parts"]["bus"], body["parts"]["allocator"]) == (200, "off", "off"), "nobody asked for a bus"
+
+
+@scene(PLAIN, store=lambda tmp_path: str(tmp_path), behind=True)
+async def test_changes_that_are_given_up_are_counted(rig: Rig, servo: Servo, tmp_path: Path) -> None:
+    assert of(await scrape(rig), "store_lost_changes_total") == 0
+    rig.host.store.audit.add([NewAuditEntry(None, "write", "applied")])  # pyright: ignore[reportArgumentType]
+    await rig.host.store.settled()
+    assert of(await scrape(rig), "store_lost_changes_total") == 1
 
 
 @pytest.mark.parametrize(

@@ -49,6 +49,7 @@ _ROWS: Final[tuple[tuple[str, Kind, str, tuple[str, ...]], ...]] = (
     ("part_state", "gauge", "1 for the current state of each part of the server, 0 for the others.", ("part", "state")),
     ("store_failures", "counter", "Failed writes to the database.", ()),
     ("store_pending_writes", "gauge", "Changes that are not yet in the database.", ()),
+    ("store_lost_changes", "counter", "Changes given up: the database rejected them, or too many waited.", ()),
     ("store_failing_seconds", "gauge", "Time since writes to the database began to fail. 0 while they succeed.", ()),
     ("disk_free_bytes", "gauge", "Free space on the disk of the data folder. Absent if unknown.", ()),
     ("disk_total_bytes", "gauge", "Size of the disk of the data folder. Absent if unknown.", ()),
@@ -174,6 +175,7 @@ def _server(host: Host) -> Iterator[Metric]:
     yield _family("part_state", states)
     yield _family("store_failures", [((), server.failures)])
     yield _family("store_pending_writes", [((), server.store.pending)])
+    yield _family("store_lost_changes", [((), server.store.lost)])
     yield _family("store_failing_seconds", [((), server.failing_s or 0)])
     for name, place in (("disk_free_bytes", 0), ("disk_total_bytes", 1)):
         yield _family(name, [] if server.disk is None else [((), server.disk[place])])
