@@ -2,6 +2,7 @@
 
 from playwright.sync_api import Page, expect
 
+from e2e.conftest import Watched
 from e2e.hand import Hand
 from e2e.servers import Demo
 from e2e.state import uids_of, wait_for
@@ -85,15 +86,22 @@ def test_a_reload_restores_the_filters_of_monitor_matrix_and_audit(page: Page, d
 
 
 PARTS = ("parameters", "motion", "tune", "faults")
-MISSING = {f"servos/{UNKNOWN}/{part}": ("missing-servo", UNKNOWN) for part in PARTS}
+PATHS = ("nothing", "servos/12/parameters", f"servos/{UNKNOWN}/nothing")
+MISSING = {path: ("missing-page", f"/{path}") for path in PATHS} | {
+    f"servos/{UNKNOWN}/{part}": ("missing-servo", UNKNOWN) for part in PARTS
+}
 
 
-def test_an_unknown_servo_links_back(page: Page, demo: Demo) -> None:
+def test_an_unknown_address_or_servo_links_back(page: Page, demo: Demo, watched: Watched) -> None:
     for path, (testid, says) in MISSING.items():
         page.goto(demo.url + path)
         expect(page.get_by_test_id(testid)).to_contain_text(says)
         page.get_by_role("button", name="Go to Servos").click()
         expect(page.locator(".servo-row")).to_have_count(6)
+    # The browser logs the status of each unknown page.
+    logged = [one for one in watched.complaints if "404" in one and any(f"{demo.url}{path}'" in one for path in PATHS)]
+    assert len(logged) == len(PATHS)
+    watched.complaints[:] = [one for one in watched.complaints if one not in logged]
 
 
 def test_an_address_with_a_stray_percent_sign_opens(page: Page, demo: Demo) -> None:

@@ -43,10 +43,16 @@ def docs(tmp_path: Path) -> Path:
 
 
 def get(
-    path: str, folder: Path | None, docs: Path | None = None, *, language: str = "en-GB", root: str = ""
+    path: str,
+    folder: Path | None,
+    docs: Path | None = None,
+    *,
+    language: str = "en-GB",
+    root: str = "",
+    accept: str = "*/*",
 ) -> httpx.Response:
     api = create_api(CATALOG, page_folder=lambda: folder, docs_folder=lambda: docs)
-    return send(api, "GET", path, headers={"Accept-Language": language}, root=root)
+    return send(api, "GET", path, headers={"Accept-Language": language, "Accept": accept}, root=root)
 
 
 def test_the_paths_of_the_page_are_those_of_its_router() -> None:
@@ -61,12 +67,24 @@ def test_the_paths_of_the_page_are_those_of_its_router() -> None:
     assert [path for path in paths if not PAGES.fullmatch(path)] == []
 
 
-@pytest.mark.parametrize("path", ["/healthz", "/redoc", "/nothing", "/servos/0123/parameters", "/api", "/servos/x/y"])
+UNKNOWN = ["/healthz", "/redoc", "/nothing", "/servos/0123/parameters", "/api", "/servos/x/y"]
+
+
+@pytest.mark.parametrize("path", UNKNOWN)
 def test_other_paths_are_not_the_page(path: str, folder: Path) -> None:
     response = get(path, folder)
     assert response.status_code == 404
     assert "<title>" not in response.text
     assert len(response.text) < 100
+
+
+@pytest.mark.parametrize("path", UNKNOWN)
+def test_a_browser_gets_the_page_with_status_404_for_other_paths(path: str, folder: Path) -> None:
+    response = get(path, folder, accept="text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8")
+    assert response.status_code == 404
+    assert "<title>hornbill</title>" in response.text
+    assert "default-src 'none'" in response.headers["content-security-policy"]
+    assert response.headers["vary"] == "Accept"
 
 
 @pytest.mark.parametrize("path", ["/", "/servos", f"/servos/{'01' * 16}/parameters", "/bus/"])

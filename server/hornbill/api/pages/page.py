@@ -38,7 +38,7 @@ PAGES: Final = re.compile(
     r"(?:|servos|commission|tune|faults|bus|recorder|records|scope|site|api-page|servos/matrix"
     r"|servos/[0-9a-f]{32}(?:/(?:parameters|motion|tune|faults))?)/?"
 )
-"""Paths of the page, as in `web/src/bench/route.ts`; all others are not found."""
+"""Paths of the page, as in `web/src/bench/route.ts`; all others are 404, for browsers with the page, which says so."""
 
 _SCRIPTS: Final = re.compile(r'\s*(?:<script type="module"[^>]*></script>|<link rel="modulepreload"[^>]*>)')
 NOT_BUILT = "The page is not built. Run 'make build' (needs Node 20 or later), then start hornbill again.\n"
@@ -64,11 +64,13 @@ def routes(find: Callable[[], Path | None]) -> Routes:
         if "." in path.rsplit("/", 1)[-1]:
             raise HTTPException(404, "File not found")
         root = str(request.scope.get("root_path", ""))
-        if not PAGES.fullmatch(path):
-            return PlainTextResponse(f"Not found. The page is at {root}/\n", 404, headers=HEADERS)
+        known = PAGES.fullmatch(path) is not None
+        headers = {**HEADERS, "Cache-Control": "no-cache"} | ({} if known else {"Vary": "Accept"})
+        if not known and "text/html" not in request.headers.get("accept", ""):
+            return PlainTextResponse(f"Not found. The page is at {root}/\n", 404, headers=headers)
         index = folder / "index.html"
         html = _index(index, index.stat().st_mtime_ns, root)
-        return Response(html, media_type="text/html; charset=utf-8", headers={**HEADERS, "Cache-Control": "no-cache"})
+        return Response(html, 200 if known else 404, media_type="text/html; charset=utf-8", headers=headers)
 
     return made
 
