@@ -76,7 +76,6 @@ function LinkBand() {
   );
 }
 
-/** Servos that have not acknowledged torque off, on any page. A latched stop lists them itself. */
 /** A failure of the server itself, which no other page would show. The Bus page has evidence and remedy. */
 function ServerBand() {
   const failed = findings.value.find(one => one.severity === "failure" && one.code in text.serverFailure);
@@ -89,6 +88,7 @@ function ServerBand() {
   );
 }
 
+/** Servos that have not acknowledged torque off, on any page. A latched stop lists them itself. */
 function SilentBand() {
   const silent = those("silent");
   if (silent.length === 0 || stop.value?.latched) return null;
