@@ -3,8 +3,8 @@
 import { computed } from "@preact/signals";
 import type { Finding } from "../api/bus-types";
 import { callApi } from "../api/client";
-import { type Poll, poll } from "./poll";
-import { Resource } from "./resource";
+import type { Poll } from "./poll";
+import { CommonResource } from "./resource";
 
 const PLACE: Record<Finding["severity"], number> = { failure: 0, warning: 1, notice: 2, ok: 3 };
 
@@ -14,8 +14,8 @@ export function findingsInOrder(list: readonly Finding[]): Finding[] {
 }
 
 /** Findings of the last check. */
-export const doctor = new Resource(async () =>
-  findingsInOrder(await callApi("GET", "/bus/doctor", { query: { all: watching > 0 } })),
+export const doctor: CommonResource<Finding[]> = new CommonResource(async () =>
+  findingsInOrder(await callApi("GET", "/bus/doctor", { query: { all: doctor.often } })),
 );
 
 export const findings = computed(() => doctor.value.value ?? []);
@@ -29,24 +29,12 @@ export const complaints = computed(() => ({
 const OFTEN_MS = 3000;
 const SELDOM_MS = 15_000;
 
-let watching = 0;
-
 /** Poll slowly, for the badge in the rail. */
 export function startDoctor(): void {
-  poll(SELDOM_MS, async () => {
-    if (watching === 0) await doctor.load();
-  });
+  doctor.start(SELDOM_MS);
 }
 
 /** Poll every few seconds, including passed checks. */
 export function watchDoctor(): Poll {
-  watching += 1;
-  const often = doctor.watch(OFTEN_MS);
-  return {
-    now: often.now,
-    end: () => {
-      watching -= 1;
-      often.end();
-    },
-  };
+  return doctor.watch(OFTEN_MS);
 }

@@ -39,3 +39,32 @@ export class Resource<T> {
     return poll(every_ms, () => this.load());
   }
 }
+
+/** A resource that every page shows in part: polled often while a page shows all of it, otherwise now and then. */
+export class CommonResource<T> extends Resource<T> {
+  #pages = 0;
+
+  /** Whether a page polls it often. */
+  get often(): boolean {
+    return this.#pages > 0;
+  }
+
+  /** Poll while no page does. */
+  start(every_ms: number): void {
+    poll(every_ms, async () => {
+      if (!this.often) await this.load();
+    });
+  }
+
+  override watch(every_ms: number): Poll {
+    this.#pages += 1;
+    const { now, end } = super.watch(every_ms);
+    return {
+      now,
+      end: () => {
+        this.#pages -= 1;
+        end();
+      },
+    };
+  }
+}

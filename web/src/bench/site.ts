@@ -3,15 +3,13 @@
 import { computed } from "@preact/signals";
 import { callApi } from "../api/client";
 import type { Bench } from "../api/config-types";
-import { type Poll, poll } from "./poll";
-import { Resource } from "./resource";
+import type { Poll } from "./poll";
+import { CommonResource } from "./resource";
 
 const OFTEN_MS = 2000;
 const SELDOM_MS = 15_000;
 
-let watching = 0;
-
-export const benches = new Resource<readonly Bench[]>(() => callApi("GET", "/benches"));
+export const benches = new CommonResource<readonly Bench[]>(() => callApi("GET", "/benches"));
 
 /** This server's bench. */
 export const thisBench = computed(() => benches.value.value?.find(one => one.is_this) ?? null);
@@ -31,20 +29,10 @@ export const silentBenches = computed(
 
 /** Poll slowly, for the rail and the bar. */
 export function startSite(): void {
-  poll(SELDOM_MS, async () => {
-    if (watching === 0) await benches.load();
-  });
+  benches.start(SELDOM_MS);
 }
 
 /** Poll every few seconds. */
 export function watchSite(): Poll {
-  watching += 1;
-  const often = benches.watch(OFTEN_MS);
-  return {
-    now: often.now,
-    end: () => {
-      watching -= 1;
-      often.end();
-    },
-  };
+  return benches.watch(OFTEN_MS);
 }
