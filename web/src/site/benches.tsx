@@ -1,7 +1,7 @@
 /** The benches: state, bus, load, servos, motion control and last contact of each. */
 
 import type { Bench } from "../api/config-types";
-import type { ConditionKind } from "../bench/condition";
+import type { Condition, ConditionKind } from "../bench/condition";
 import { age, NONE, number, withUnit } from "../bench/format";
 import { narrow, phone } from "../bench/screen";
 import { sinceContact } from "../bench/site";
@@ -16,14 +16,8 @@ const SCALE = 112;
 /** Columns without room between a phone, where rows fold, and a desk. */
 const WIDE: ReadonlySet<string> = new Set(["load", "control", "version"]);
 
-interface Shown {
-  kind: ConditionKind;
-  headline: string;
-  line: string;
-}
-
 /** State of a bench in words, the worst first. */
-export function stateOf(bench: Bench): Shown {
+export function stateOf(bench: Bench): Condition {
   const { state, line } = words;
   if (bench.state === "no_contact") {
     const silent = age(sinceContact(bench), 0);

@@ -3,7 +3,7 @@
 import type { Bench, InventoryServo } from "../api/config-types";
 import { browserSetting } from "../bench/browser-setting";
 import { now } from "../bench/clock";
-import { type ConditionKind, needsAttention } from "../bench/condition";
+import { type Condition, needsAttention } from "../bench/condition";
 import { type KnownServo, servo } from "../bench/fleet";
 import { age, angle, NONE } from "../bench/format";
 import { angleNow } from "../bench/fresh";
@@ -42,13 +42,7 @@ const live = (one: InventoryServo): KnownServo | undefined => {
   return here?.online ? here : undefined;
 };
 
-interface Shown {
-  kind: ConditionKind;
-  headline: string;
-  line: string;
-}
-
-function healthOf(one: InventoryServo): Shown {
+function healthOf(one: InventoryServo): Condition {
   const here = live(one);
   if (here) return conditionHere(here);
   const at = benchOf(one);
