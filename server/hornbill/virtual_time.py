@@ -25,7 +25,7 @@ BEHIND_S: Final = 0.1
 
 _MEASURED_S: Final = 1.0
 _STANDING_S: Final = 0.05
-"""How long the clock waits at a time for calls in other threads, s (real)."""
+"""Longest single wait of the clock for calls in other threads, s (real)."""
 
 _T = TypeVar("_T")
 _Ts = TypeVarTuple("_Ts")

@@ -25,7 +25,7 @@ class Page:
     """Part of a list that a request asks for."""
 
     def __init__(self, request: Request, response: Response, limit: int, cursor: str | None) -> None:
-        """Raises InvalidValue unless `cursor` is one of ours."""
+        """Raises InvalidValue unless `cursor` comes from a header Link."""
         self.limit = limit
         self.after = None if cursor is None else _decoded(cursor)
         """Key of the last row of the previous page. None for the first page."""
@@ -34,7 +34,7 @@ class Page:
 
     @property
     def before_id(self) -> int | None:
-        """`after` of lists by number. Raises InvalidValue if it is none."""
+        """`after` of lists by number. Raises InvalidValue if it is not a number."""
         if self.after is None:
             return None
         if not (self.after.isascii() and self.after.isdigit() and len(self.after) < 19):

@@ -26,7 +26,7 @@ WITHOUT_KEY: Final = {
 """POST routes without Idempotency-Key, each with the reason."""
 
 _STRICT: Final = ("/api/", "/metrics")
-"""Paths whose query is checked. Probes of health and files of the page may get what they like."""
+"""Paths whose query is checked. Health probes and files of the page accept any query."""
 
 _KEY: Final = {
     "name": KEY_HEADER,

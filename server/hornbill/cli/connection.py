@@ -106,7 +106,7 @@ Server = Annotated[
     str,
     typer.Option(
         envvar="HORNBILL_URL",
-        help="Address of the server; also before the command. The token is read from HORNBILL_TOKEN.",
+        help="Address of the server, before or after the command. The token is read from HORNBILL_TOKEN.",
         callback=_server,
     ),
 ]
@@ -114,10 +114,10 @@ AnyServer = Annotated[
     str | None, typer.Option("--server", metavar="URL", help="Address of the server, for commands that use one.")
 ]
 """The same before the command."""
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON; errors, too, on standard error.", callback=use_json)]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, also errors (to standard error).", callback=use_json)]
 AsJsonLines = Annotated[
     bool,
-    typer.Option("--json", help="Print one JSON object per line; errors, too, on standard error.", callback=use_json),
+    typer.Option("--json", help="Print one JSON object per line, also errors (to standard error).", callback=use_json),
 ]
 ServoName = Annotated[
     str, typer.Argument(metavar="SERVO", help=SERVO_HELP, autocompletion=complete_servo),

@@ -1,6 +1,6 @@
 """Remedies in terms of the command line, by cause of an error and advice of a finding.
 
-The layers below know no commands.
+The layers below name no commands.
 """
 
 import re

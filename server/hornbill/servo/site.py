@@ -72,7 +72,7 @@ class Site:
     async def _contact(self) -> None:
         kept = await self._store.run(self._store.benches.contact, self._url, asdict(self._status()))
         if not kept and not self._taken:
-            text = f"Another server now works for bench {self._store.bench}. Stop one of the two."
+            text = f"Another server now uses bench {self._store.bench}. Stop one of the two servers."
             log.error(text)
             self._hub.publish(LogEvent("failure", "bench_taken", text, params={"bench": self._store.bench}))
         self._taken = not kept

@@ -43,7 +43,7 @@ _PRAGMAS: Final = ("journal_mode = WAL", "synchronous = NORMAL", "foreign_keys =
 _READS: Final = "hornbill_reads"
 
 ABANDONED: Final[ContextVar[Callable[[], bool] | None]] = ContextVar("abandoned", default=None)
-"""Tells in a thread whether its call was reported as failed, so that the transaction is rolled back."""
+"""In a thread, returns whether its call was reported as failed, so that the transaction is rolled back."""
 
 
 class Database:

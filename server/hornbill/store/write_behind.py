@@ -132,7 +132,7 @@ class Writer:
         self._pending.clear()
 
     def _stuck_s(self) -> float:
-        """How long the thread has worked on the present change or call, s. 0 if on none."""
+        """Time that the thread has worked on the present change or call, s. 0 if idle."""
         since = self._busy_since
         return 0.0 if since is None else time.monotonic() - since
 

@@ -77,7 +77,7 @@ export const link = {
 export const serverFailure = {
   database: "Changes are not being stored. They are lost if hornbill restarts now.",
   disk_space: "The disk of the data folder is full. Changes and recordings cannot be stored.",
-  computer_busy: "hornbill's computer is overloaded. Servos may only appear late or offline.",
+  computer_busy: "hornbill's computer is overloaded. Servos may falsely appear late or offline.",
 };
 
 export const request = {

@@ -74,7 +74,7 @@ def computer_busy(server: ServerRecord) -> list[Finding]:
         Finding(
             "computer_busy",
             "failure" if lag_s >= OVERLOADED_S else "warning",
-            "This computer is busy: servos may only appear late or offline",
+            "This computer is busy: servos may falsely appear late or offline",
             evidence,
             "Reduce the load of this computer, or use an adapter with a larger buffer.",
             advice="reduce_computer_load",

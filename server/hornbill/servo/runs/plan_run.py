@@ -150,7 +150,7 @@ class PlanTarget(RunTarget):
     """Limits exceeded in the running step."""
 
     def measure(self, name: str, value: float, *, least: bool = False) -> None:
-        """Update the greatest (or least) measured value of that name."""
+        """Update the maximum (or minimum) measured value of that name."""
         before = self.measured.get(name)
         self.measured[name] = value if before is None else min(before, value) if least else max(before, value)
 

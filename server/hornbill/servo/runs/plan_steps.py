@@ -51,7 +51,7 @@ _MEASURED: Final[tuple[tuple[PlanQuantity, str, str, bool], ...]] = (
     ("voltage_min_v", "current_voltage", "voltage_v_min", True),
     ("voltage_max_v", "current_voltage", "voltage_v_max", False),
 )
-"""Limit, row, name of the measured extreme, and whether the limit is a least value."""
+"""Limit, row, name of the measured extreme, and whether the limit is a minimum."""
 
 
 class _EndRun(Exception):
@@ -186,7 +186,7 @@ class PlanSteps:
         run.show(self._base.now(), always=True)
 
     async def _together(self, run: PlanRun, step: PlanStep) -> None:
-        """Do one step on all its servos. One that ends the run ends it for the others."""
+        """Do one step on all its servos. If one of them ends the run, the others end, too."""
         targets = run.taking_part(step)
         doing = {target.uid: asyncio.create_task(self._do(run, target, step)) for target in targets}
         try:

@@ -70,7 +70,7 @@ class Health(Model):
 
 
 class Alive(Model):
-    """Response of a living server."""
+    """Response while the server is alive."""
 
     status: Literal["ok"] = Field(description="Always ok: the server responds.")
 

@@ -61,7 +61,7 @@ def downgrade() -> None:
 
 
 def _rebuild(table: str, bench: str, added: sa.Column[str] | None, key: str, *parts: sa.schema.SchemaItem) -> None:
-    """Create a table anew with its rows: SQLite cannot change a primary key. `added`: the column of the bench."""
+    """Rebuild a table with its rows: SQLite cannot change a primary key. `added`: the column of the bench."""
     names = ", ".join(part.name for part in parts if isinstance(part, sa.Column))
     op.execute(f"CREATE TABLE previous AS SELECT * FROM {table}")
     op.drop_table(table)
