@@ -291,7 +291,7 @@ class BatchServo(TypedDict):
 
 
 class Behaviour(TypedDict):
-    """Behaviour of a simulated servo where the document is open. Change a switch with `dataclasses.replace`."""
+    """Behaviour of a simulated servo where the specification is silent."""
 
     acknowledges_restart: bool
     """Whether 0x11 and RestartNode are acknowledged before the restart. Table 2-10 has a flag for success."""
@@ -2567,7 +2567,7 @@ class SimInjection(TypedDict):
     active: bool
     """It is in effect."""
     at: float
-    """Begin, seconds since 1970 UTC."""
+    """Start, seconds since 1970 UTC."""
     kind: Literal[
         "power_cut",
         "undervoltage",
@@ -2586,7 +2586,7 @@ class SimInjection(TypedDict):
     ]
     """Kind of fault."""
     number: int
-    """Number in the plan of the seed."""
+    """Number in the sequence of the seed."""
     uid: str | None
     """Servo. Null for the bus."""
     until: float
@@ -2736,7 +2736,7 @@ class SimTruth(TypedDict):
 
 
 class SiteBench(TypedDict):
-    """A bench of the site. Without contact its last known condition."""
+    """A bench of the site, in the condition that its server last reported."""
 
     bus: str | None
     """Address of its bus. Null without one."""

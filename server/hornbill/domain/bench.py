@@ -31,7 +31,7 @@ class BenchStatus:
 
 @dataclass(frozen=True, slots=True, config=STRICT)
 class SiteBench(BenchStatus):
-    """A bench of the site. Without contact its last known condition."""
+    """A bench of the site, in the condition that its server last reported."""
 
     name: Annotated[str, Field(description="Name of the bench.")]
     host: Annotated[str, Field(description="Name of the computer of its server.")]

@@ -25,7 +25,7 @@ TENTHS_PER_UNIT: Final[dict[PositionUnit, float]] = {
 
 @dataclass(frozen=True, slots=True, config=ConfigDict(extra="forbid", use_attribute_docstrings=True))
 class Behaviour:
-    """Behaviour of a simulated servo where the document is open. Change a switch with `dataclasses.replace`."""
+    """Behaviour of a simulated servo where the specification is silent."""
 
     position_unit: PositionUnit = "hundred_degrees"
     """Meaning of position 1.0 on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°, and

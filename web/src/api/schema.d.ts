@@ -741,7 +741,7 @@ export interface paths {
         };
         /**
          * List jobs
-         * @description List running and recently ended jobs, newest first, including those before the server was started.
+         * @description List running and recently ended jobs, newest first, including those started before a restart of the server.
          */
         get: operations["list_jobs"];
         put?: never;
@@ -761,7 +761,7 @@ export interface paths {
         };
         /**
          * Get job
-         * @description Get a job. With `wait` the response comes when the job has ended, or after that time (long poll).
+         * @description Get a job. With `wait`, the response is sent when the job has ended, or after that time (long poll).
          */
         get: operations["get_job"];
         put?: never;
@@ -834,9 +834,9 @@ export interface paths {
         put?: never;
         /**
          * Take lease
-         * @description Take a lease, that is, motion control of `uids` or all servos. Only one client can have that of a servo, so that
-         *     several stations can share a bus. `lease_held` names the holder, and `uids` if their lease is of some servos only.
-         *     Stop needs no lease and stops all servos.
+         * @description Take a lease: motion control of `uids`, or of all servos. A servo is covered by at most one lease, so several
+         *     stations can share a bus. `lease_held` names the holder, and `uids` if their lease covers only some servos. Stop
+         *     needs no lease and stops all servos.
          *
          *     Renew it well within `ttl_s`: when it expires, torque goes off on the servos you command. `force` takes it from its
          *     current holder: their commands end and torque goes off first. `reason` is recorded in the audit.
@@ -951,7 +951,7 @@ export interface paths {
         };
         /**
          * Get alert rules
-         * @description Alert rules for Prometheus: add the file to its `rule_files`.
+         * @description Get the alert rules for Prometheus. Add the file to its `rule_files`.
          */
         get: operations["get_alert_rules"];
         put?: never;
@@ -971,7 +971,7 @@ export interface paths {
         };
         /**
          * Get dashboard
-         * @description Dashboard for Grafana: import the file.
+         * @description Get the dashboard for Grafana. Import the file there.
          */
         get: operations["get_dashboard"];
         put?: never;
@@ -3411,7 +3411,7 @@ export interface paths {
         };
         /**
          * Get sim chaos
-         * @description Get whether faults are injected at random.
+         * @description Get the state of the faults that are injected at random.
          */
         get: operations["get_sim_chaos"];
         /**
@@ -4162,7 +4162,7 @@ export interface components {
         };
         /**
          * Behaviour
-         * @description Behaviour of a simulated servo where the document is open. Change a switch with `dataclasses.replace`.
+         * @description Behaviour of a simulated servo where the specification is silent.
          */
         Behaviour: {
             /**
@@ -8665,14 +8665,14 @@ export interface components {
         SimInjection: {
             /** @description It is in effect. */
             active: boolean;
-            /** @description Begin, seconds since 1970 UTC. */
+            /** @description Start, seconds since 1970 UTC. */
             at: number;
             /**
              * @description Kind of fault.
              * @enum {string}
              */
             kind: "power_cut" | "undervoltage" | "restart" | "rom_lost" | "slow_start" | "mute" | "lost_responses" | "late_responses" | "refused_rows" | "fault_bit" | "load" | "heat" | "frame_loss" | "corrupted_frames";
-            /** @description Number in the plan of the seed. */
+            /** @description Number in the sequence of the seed. */
             number: number;
             /** @description Servo. Null for the bus. */
             uid: string | null;
@@ -8846,7 +8846,7 @@ export interface components {
         SimValue: boolean | number | string | null;
         /**
          * SiteBench
-         * @description A bench of the site. Without contact its last known condition.
+         * @description A bench of the site, in the condition that its server last reported.
          */
         SiteBench: {
             /** @description Address of its bus. Null without one. */

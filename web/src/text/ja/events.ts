@@ -205,7 +205,7 @@ export const happened = {
     `ログ${p.name}が上限の${p.limit_mb}に達して終了しました。${lost(p)}続けるには新しいログを開始してください。`,
   log_failed: p =>
     `ログ${p.name}を書き込めず、終了しました（${(notes[p.why as keyof typeof notes]?.(p) ?? "書き込みの失敗").replace(/。$/, "")}）。${lost(p)}他の処理は続きます。`,
-  bench_taken: p => `別のサーバーがベンチ${p.bench}を使用しています。どちらかを停止してください。`,
+  bench_taken: p => `別のサーバがベンチ${p.bench}を使用しています。どちらかを停止してください。`,
   store_failed: p =>
     UNSTORED[p.what ?? ""] ?? `${p.servo ?? "サーボ"}について分かったことを保存できませんでした。${DISK}`,
 } satisfies Codes["happened"];

@@ -26,7 +26,7 @@ export const codes: Readonly<Record<string, FactsText>> = {
   store_failed: () => "データベースを使用できません。データフォルダとディスクを確認してください。",
   log_failed: () => "ファイルを読み書きできません。データフォルダとディスクを確認してください。",
   bus_trouble: () => "アダプタまたはバスに問題があります。アダプタとケーブルを確認してください。",
-  cannot_start: () => "サーバーを起動できません。",
+  cannot_start: () => "サーバを起動できません。",
   bus_open_failed: () => "バスを開けません。アダプタの接続とアドレスを確認してください。",
   bus_disconnected: () => "バスに接続していません。アダプタを接続してください。",
   bus_read_only: () => "このバスには何も送信できません。",
@@ -112,7 +112,7 @@ export const causes: Readonly<Record<string, FactsText>> = {
   baud_unsupported: p =>
     `${p.address}を${p.bauds} baudに設定できません。ドライバが対応していません。別のボーレートを選んでください。`,
   bench_in_use: p =>
-    `ベンチ${p.bench}は${p.host}のサーバーが使用しています。そのサーバーを停止するか、別の名前を--benchで指定してください。`,
+    `ベンチ${p.bench}は${p.host}のサーバが使用しています。そのサーバを停止するか、別の名前を--benchで指定してください。`,
   before_out_of_range: p => `${p.minimum_s}～${p.maximum_s}で指定してください。`,
   between_steps: p =>
     `${p.requested}${u(p)}は刻みの間の値です。${p.nearest}${u(p)}のいずれかを入力してください。`,
@@ -546,7 +546,7 @@ export const causes: Readonly<Record<string, FactsText>> = {
   stopped: p => `${who(p.by)}が停止しました。停止を解除するまで何も動きません。`,
   store_newer: () =>
     `データベースは新しい版のhornbillで作成されています。その版を使うか、別のデータフォルダを指定してください。`,
-  store_rejected: () => `データベースがデータを受け付けません。サーバーの記録を確認してください。`,
+  store_rejected: () => `データベースがデータを受け付けません。サーバの記録を確認してください。`,
   store_timeout: () => `データベースが応答しません。しばらくしてからやり直してください。`,
   store_unusable: () => `データベースを使用できません。データフォルダとディスクを確認してください。`,
   stream_ended: () => `ストリームは終了しています。新しく開始してください。`,

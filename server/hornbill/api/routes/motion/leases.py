@@ -64,9 +64,9 @@ class TakeOver(Model):
 
 @routes.post("/leases", Role.OPERATE, "lease_held", "unknown_servo", "invalid_value", "busy", status_code=201)
 async def take_lease(host: TheHost, body: LeaseRequest) -> Lease:
-    """Take a lease, that is, motion control of `uids` or all servos. Only one client can have that of a servo, so that
-    several stations can share a bus. `lease_held` names the holder, and `uids` if their lease is of some servos only.
-    Stop needs no lease and stops all servos.
+    """Take a lease: motion control of `uids`, or of all servos. A servo is covered by at most one lease, so several
+    stations can share a bus. `lease_held` names the holder, and `uids` if their lease covers only some servos. Stop
+    needs no lease and stops all servos.
 
     Renew it well within `ttl_s`: when it expires, torque goes off on the servos you command. `force` takes it from its
     current holder: their commands end and torque goes off first. `reason` is recorded in the audit.

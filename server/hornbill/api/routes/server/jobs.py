@@ -43,7 +43,7 @@ async def list_jobs(
     state: Annotated[JobState | None, Query(description="State of the job.")] = None,
     uid: Annotated[ServoRef | None, Query(description="Servo of the job, or of one of its steps.")] = None,
 ) -> list[Job]:
-    """List running and recently ended jobs, newest first, including those before the server was started."""
+    """List running and recently ended jobs, newest first, including those started before a restart of the server."""
     found = (
         job
         for job in reversed(host.jobs.all())
@@ -62,7 +62,7 @@ async def get_job(
         float, Query(ge=0, le=60, allow_inf_nan=False, description="Maximum time to wait for the end of the job, s.")
     ] = 0.0,
 ) -> Job:
-    """Get a job. With `wait` the response comes when the job has ended, or after that time (long poll)."""
+    """Get a job. With `wait`, the response is sent when the job has ended, or after that time (long poll)."""
     job = host.jobs.get(job_id)
     if wait:
         await host.jobs.wait(job, within_s=wait)

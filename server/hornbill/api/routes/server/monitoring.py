@@ -18,12 +18,12 @@ DASHBOARD: Final = FILES / "dashboard.json"
 @routes.get("/monitoring/alerts.yaml", Role.VIEW, response_class=FileResponse,
             responses={200: {"content": {"application/yaml": {}}}})  # fmt: skip
 async def get_alert_rules() -> FileResponse:
-    """Alert rules for Prometheus: add the file to its `rule_files`."""
+    """Get the alert rules for Prometheus. Add the file to its `rule_files`."""
     return FileResponse(ALERTS, media_type="application/yaml")
 
 
 @routes.get("/monitoring/dashboard.json", Role.VIEW, response_class=FileResponse,
             responses={200: {"content": {"application/json": {}}}})  # fmt: skip
 async def get_dashboard() -> FileResponse:
-    """Dashboard for Grafana: import the file."""
+    """Get the dashboard for Grafana. Import the file there."""
     return FileResponse(DASHBOARD, media_type="application/json")

@@ -218,11 +218,11 @@ class NewSimChaos(Model):
 class SimInjection(Model):
     """A fault that was injected."""
 
-    number: int = Field(description="Number in the plan of the seed.")
+    number: int = Field(description="Number in the sequence of the seed.")
     kind: ChaosKind = Field(description="Kind of fault.")
     uid: UidField | None = Field(description="Servo. Null for the bus.")
     values: dict[str, str | float] = Field(description="What was set, such as `load_pct`.")
-    at: Utc = Field(description="Begin, seconds since 1970 UTC.")
+    at: Utc = Field(description="Start, seconds since 1970 UTC.")
     until: Utc = Field(description="End, seconds since 1970 UTC; planned while it is active.")
     active: bool = Field(description="It is in effect.")
 
@@ -390,7 +390,7 @@ def routes(catalog: Catalog) -> Routes:
 
     @made.get("/chaos", Role.VIEW, "no_simulator")
     async def get_sim_chaos(bench: TheBench) -> SimChaos:
-        """Get whether faults are injected at random."""
+        """Get the state of the faults that are injected at random."""
         return _chaos(bench)
 
     @made.put("/chaos", Role.ADMIN, "no_simulator", "invalid_value")
