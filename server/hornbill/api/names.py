@@ -1,4 +1,4 @@
-"""Nearest known name, for errors about unknown ones."""
+"""Nearest known name, for errors about unknown names."""
 
 from collections.abc import Collection
 from difflib import get_close_matches

@@ -22,7 +22,7 @@ LINK: Final = {
 
 
 class Page:
-    """Part of a list that a request asks for."""
+    """Part of a list, as requested."""
 
     def __init__(self, request: Request, response: Response, limit: int, cursor: str | None) -> None:
         """Raises InvalidValue unless `cursor` comes from a header Link."""

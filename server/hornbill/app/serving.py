@@ -123,7 +123,7 @@ def configured(
 ) -> uvicorn.Config:
     """Configuration of uvicorn for `app`. `http`: HTTP protocol; default httptools if installed, else h11.
 
-    `scale`: factor for all times that a client must keep. Clients live in real time, also if the loop does not.
+    `scale`: factor for all times that a client must keep. Clients run in real time, also if the loop does not.
     """
     limits = replace(limits, head_s=limits.head_s * scale, body_s=limits.body_s * scale)
     timed = cast("type[asyncio.Protocol]", partial(TimedConnection, http, limits))

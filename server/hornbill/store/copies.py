@@ -21,7 +21,7 @@ def copy_file(database: Path, to: Path) -> None:
 
 
 def copy_before_migration(database: Path, revision: str) -> Path:
-    """Copy a database beside itself, and return the path of the copy. `revision`: that of its tables.
+    """Copy a database in its folder, and return the path of the copy. `revision`: that of its tables.
 
     Copies are never removed automatically. Raises OSError and sqlite3.Error.
     """

@@ -1,4 +1,4 @@
-"""What is in a database, without changing it: for `hornbill check` and for restoring a backup."""
+"""Contents of a database, without changing it: for `hornbill check` and for restoring a backup."""
 
 import sqlite3
 from dataclasses import dataclass

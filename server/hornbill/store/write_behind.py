@@ -25,7 +25,7 @@ RETRY_S: Final = 1.0
 """Interval of attempts while the database fails, s."""
 
 RESPONSE_S: Final = 2.0
-"""Time that the thread may spend on one change or call, s. Then callers get StoreFailed; the thread goes on."""
+"""Time that the thread may spend on one change or call, s. Then callers get StoreFailed; the thread continues."""
 
 _INSTANT: Final[ContextVar[float | None]] = ContextVar("instant", default=None)
 

@@ -35,7 +35,7 @@ def restore(
     data_dir: DataDir = None,
     yes: Yes = False,
 ) -> None:
-    """Restore a backup into the data folder while no server uses it. The previous database is kept beside it."""
+    """Restore a backup into the data folder while no server uses it. The previous database is kept there."""
     with failures():
         folder = _folder(data_dir)
         require_confirmation(f"Replace the database in {folder} by {file}?", yes)

@@ -92,7 +92,7 @@ def demo(
     if settings.speed is not None and address is not None:
         with failures():
             raise InvalidValue(
-                f"{address} cannot be used with --speed: other programs on it live in real time. Omit --bus.",
+                f"{address} cannot be used with --speed: other programs on it run in real time. Omit --bus.",
                 cause=None,
             )
     announce = f"hornbill demo with {settings.servos} simulated servos: open {{url}}" + why

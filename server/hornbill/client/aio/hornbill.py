@@ -135,7 +135,7 @@ class AsyncHornbill(AsyncConnection):
     ) -> AsyncGenerator[responses.EventMessage | Gap]:
         """Events as they occur, of all servos or these, and those that concern none. Endless.
 
-        `past`: the recent ones first. After a lost connection it reconnects for up to `reconnect_s` (None: without
+        `past`: recent events first. After a lost connection it reconnects for up to `reconnect_s` (None: without
         limit; then ServerUnreachable) and resumes; a Gap stands for events that were lost.
         """
         uids = None if servos is None else [one.uid for one in servos]
@@ -273,7 +273,7 @@ class AsyncHornbill(AsyncConnection):
         return await self.request("POST", "/plans", {"plan": dict(plan), "confirm": list(confirm), "dry_run": True})
 
     async def leases(self) -> list[responses.LeaseView]:
-        """Current lease, if any."""
+        """Valid leases, oldest first. Empty if no client has motion control."""
         return await self.request("GET", "/leases")
 
     async def wait(

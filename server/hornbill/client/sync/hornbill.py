@@ -136,7 +136,7 @@ class Hornbill(Connection):
     ) -> Generator[responses.EventMessage | Gap]:
         """Events as they occur, of all servos or these, and those that concern none. Endless.
 
-        `past`: the recent ones first. After a lost connection it reconnects for up to `reconnect_s` (None: without
+        `past`: recent events first. After a lost connection it reconnects for up to `reconnect_s` (None: without
         limit; then ServerUnreachable) and resumes; a Gap stands for events that were lost.
         """
         uids = None if servos is None else [one.uid for one in servos]
@@ -274,7 +274,7 @@ class Hornbill(Connection):
         return self.request("POST", "/plans", {"plan": dict(plan), "confirm": list(confirm), "dry_run": True})
 
     def leases(self) -> list[responses.LeaseView]:
-        """Current lease, if any."""
+        """Valid leases, oldest first. Empty if no client has motion control."""
         return self.request("GET", "/leases")
 
     def wait(self, job: str, *, timeout_s: float | None = None, on_progress: Progress | None = None) -> responses.Job:

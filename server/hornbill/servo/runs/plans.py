@@ -35,7 +35,7 @@ class PlanProspect:
 class PlanJobs:
     """Starts and resumes jobs of kind "plan", each under a lease of its own.
 
-    The lease makes a run independent of its client: it goes on without one. Another client can take motion control as
+    The lease makes a run independent of its client: it continues without one. Another client can take motion control as
     from any holder, which ends the run.
     """
 
