@@ -26,7 +26,7 @@ class ServoPlug(BasePlug):
         with ExitStack() as begun:
             hornbill = begun.enter_context(Hornbill(by="test station"))
             self.servo = hornbill.find(serial=CONF.servo_serial)
-            begun.enter_context(hornbill.lease("test station"))
+            begun.enter_context(hornbill.lease("test station", uids=[self.servo.uid]))
             self.servo.torque("on")
             self._open = begun.pop_all()
 
