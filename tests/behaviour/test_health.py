@@ -32,7 +32,7 @@ async def findings(rig: Rig) -> list[str]:
     return [one["code"] for one in json(await rig.call("GET", "/bus/doctor")) if not one["node_ids"]]
 
 
-@scene(PLAIN, store=lambda tmp_path: str(tmp_path), behind=True, settle_s=1)  # its first readings are then stored
+@scene(PLAIN, store=lambda tmp_path: str(tmp_path), behind=True)
 async def test_a_failing_database_is_reported_until_a_write_succeeds(rig: Rig, servo: Servo, tmp_path: Path) -> None:
     assert (await rig.http.get(f"{ROOT}/health")).json() == {"status": "ok"}
     status, body = await ready(rig)
