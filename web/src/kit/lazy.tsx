@@ -22,9 +22,12 @@ export function lazy<Props extends object>(load: () => Promise<ComponentType<Pro
   const found: Signal<ComponentType<Props> | null> = signal(null);
   const cause = signal<Cause | null>(null);
   let coming: Promise<boolean> | null = null;
+  /** Style sheets that failed with this part. */
+  const own = new Set<string>();
   const get = async (): Promise<boolean> => {
+    const before = new Set(failedSheets());
     try {
-      await styles();
+      await styles(own);
       const part = await load();
       await wordsLoaded();
       found.value = part;
@@ -32,6 +35,7 @@ export function lazy<Props extends object>(load: () => Promise<ComponentType<Pro
       waiting.delete(fetchIt);
       return true;
     } catch {
+      for (const href of failedSheets()) if (!before.has(href)) own.add(href);
       cause.value = await why();
       return false;
     }
@@ -86,17 +90,25 @@ function idle(): Promise<void> {
   });
 }
 
-/** Style sheets that failed to load: the loader requests each once, so they are requested again here. */
-async function styles(): Promise<void> {
-  const links = [...document.querySelectorAll<HTMLLinkElement>("link[rel=stylesheet][data-failed]")];
+const failedLinks = () => [
+  ...document.querySelectorAll<HTMLLinkElement>("link[rel=stylesheet][data-failed]"),
+];
+
+const failedSheets = () => failedLinks().map(link => link.href);
+
+/**
+ * Request style sheets that failed once more, because the loader requests each only once. Rejects if one of `needed`
+ * fails again; those of other parts do not matter.
+ */
+async function styles(needed: ReadonlySet<string>): Promise<void> {
   await Promise.all(
-    links.map(failed => {
+    failedLinks().map(failed => {
       const next = document.createElement("link");
       next.rel = "stylesheet";
       next.href = failed.href;
       return new Promise<void>((resolve, reject) => {
         next.onload = () => resolve();
-        next.onerror = () => reject(new Error(next.href));
+        next.onerror = () => (needed.has(next.href) ? reject(new Error(next.href)) : resolve());
         failed.replaceWith(next);
       });
     }),
