@@ -10,7 +10,7 @@ import typer
 
 from hornbill.cli import app
 
-HEAVY = set("fastapi uvicorn sqlalchemy alembic can viser numpy pydantic httpx rich websockets".split())  # noqa: SIM905
+HEAVY = set("asyncio fastapi uvicorn sqlalchemy alembic can viser numpy pydantic httpx rich websockets".split())  # noqa: SIM905
 
 
 def test_importing_it_imports_no_heavy_package() -> None:

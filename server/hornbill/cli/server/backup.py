@@ -1,7 +1,6 @@
 """`hornbill backup`, `hornbill restore` and the unit for systemd: commands for the administrator of the machine."""
 
 import sys
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -49,6 +48,8 @@ def restore(
 
 def systemd_unit() -> None:
     """Print a hardened unit for systemd, to be stored as /etc/systemd/system/hornbill.service."""
+    from importlib.resources import files
+
     unit = files("hornbill.app").joinpath("hornbill.service").read_text(encoding="utf-8")
     print(unit.replace(IN_UNIT, str(Path(sys.executable).with_name("hornbill"))), end="")
 

@@ -1,6 +1,5 @@
 """Commands that need no running server: demo, serve, check, sim, decode, openapi."""
 
-import asyncio
 import gc
 import os
 import sys
@@ -176,6 +175,8 @@ def check(
         allow_host=allow_host or None, behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert,
         tls_key=tls_key,
     )  # fmt: skip
+    import asyncio
+
     from hornbill.app import start_up
 
     async def collect() -> list[start_up.Checked]:
@@ -233,6 +234,8 @@ def sim(
     """Simulate servos on any bus, without a server, for other DroneCAN tools. Ends with Ctrl-C."""
     if context.invoked_subcommand is not None:
         return
+    import asyncio
+
     from hornbill.app.simulate import read_plant, simulate
 
     with failures():
@@ -302,6 +305,8 @@ def _serve(settings: "Settings", *, demo: bool, announce: str) -> None:
     # objects and enables it again.
     gc.disable()
     os.umask(0o077)  # files in the data folder are for this user alone
+    import asyncio
+
     from hornbill.app import composition as application
     from hornbill.app import network_policy, serving
     from hornbill.cli.server.tokens import first_link

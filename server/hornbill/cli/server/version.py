@@ -4,7 +4,8 @@ from typing import Annotated
 
 import typer
 
-from hornbill import __version__, resources
+import hornbill
+from hornbill import resources
 from hornbill.cli.connection import AnyServer, AsJson
 from hornbill.cli.showing import print_json
 
@@ -12,7 +13,7 @@ from hornbill.cli.showing import print_json
 def version(as_json: AsJson = False) -> None:
     """Show the version and the commit it was built from."""
     if as_json:
-        print_json({"version": __version__, "commit": resources.commit()})
+        print_json({"version": hornbill.__version__, "commit": resources.commit()})
     else:
         print(_text())
 
@@ -34,7 +35,7 @@ def options(version: ShowVersion = False, server: AnyServer = None) -> None:
 
 
 def _text() -> str:
-    return shown(__version__, resources.commit())
+    return shown(hornbill.__version__, resources.commit())
 
 
 def shown(number: str, commit: str | None) -> str:

@@ -1,6 +1,5 @@
 """`hornbill watch`: live events, states and samples over the server's WebSocket."""
 
-import asyncio
 import json
 import time
 from collections.abc import AsyncGenerator, Iterator, Mapping, Sequence
@@ -42,6 +41,8 @@ def watch(
     as_json: AsJsonLines = False,
 ) -> None:
     """Show events and state changes live, and samples of channels."""
+    import asyncio
+
     with client(server) as hornbill:
         chosen = [hornbill.look_up(one) for one in servos] if servos else hornbill.servos()
         messages = _messages(hornbill, chosen, channel or [], rate, seconds, some=bool(servos))
@@ -88,6 +89,8 @@ async def _messages(
     some: bool,
 ) -> AsyncGenerator[dict[str, Any]]:
     """Messages of the socket, for `seconds`. `some`: only of the chosen servos, not of servos that appear later."""
+    import asyncio
+
     # Not the threaded client of websockets: over TLS two threads use one connection, and it sometimes hangs.
     from websockets.asyncio.client import connect
     from websockets.exceptions import WebSocketException

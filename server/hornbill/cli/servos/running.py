@@ -2,7 +2,6 @@
 
 import json
 import sys
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -85,6 +84,8 @@ def _follow(hornbill: "Hornbill", job: str, files: dict[str, Path], as_json: boo
 
 def _read(file: Path) -> dict[str, Any]:
     """Contents of a plan file. Raises InvalidValue."""
+    import tomllib
+
     try:
         found = tomllib.loads(text_of(file))
     except tomllib.TOMLDecodeError as error:
