@@ -85,7 +85,7 @@ shots: setup web/dist/index.html chromium     ## take the pictures of README and
 	@$(BIN)/python tests/e2e/moving_picture.py
 
 bench: setup                                  ## measure performance; prints JSON lines
-	@$(BIN)/python tests/bench/__main__.py $(BENCH)
+	@$(BIN)/python tests/bench/__main__.py $(BENCH) $(if $(COMPARE),--compare $(COMPARE))
 
 generate: setup                               ## write the files generated from tables and API
 	@$(BIN)/python -m tools.generate

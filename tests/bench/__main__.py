@@ -1,52 +1,58 @@
-"""`make bench`: results as JSON lines, each compared with a peer in the same run or with a physical limit."""
+"""`make bench`: results as JSON lines, each compared with a peer in the same run or with a physical limit.
 
+`make bench BENCH="stack plots"` runs those named; `COMPARE=COMMIT` runs them on that commit, too, in turn.
+"""
+
+import argparse
 import json
 import sys
+import time
+from collections.abc import Iterator, Sequence
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 sys.path[:0] = [str(Path(__file__).parents[1])]
 
-from bench import (  # noqa: E402
-    adapter,
-    allocation,
-    commanding,
-    configuring,
-    connecting,
-    database,
-    endurance,
-    guest,
-    identify,
-    improve,
-    jogging,
-    load,
-    mechanics,
-    overnight,
-    plots,
-    reading,
-    recorder,
-    simulation,
-    soak,
-    sockets,
-    stack,
-    start,
-    stopping,
-    streaming,
-)
+from bench.compare import compare  # noqa: E402
+
+USUAL = (
+    "stack", "reading", "configuring", "streaming", "stopping", "jogging", "commanding", "start", "adapter",
+    "connecting", "allocation", "simulation", "mechanics", "recorder", "sockets", "load", "plots",
+    "guest",
+)  # fmt: skip
+"""Modules that run if none is named: at most six minutes on a quiet machine."""
+
+LONG = ("endurance", "improve", "identify", "soak", "overnight", "database")
+"""Modules that run only when named: each takes minutes."""
 
 
-def main(chosen: list[str]) -> None:
-    """Run all benchmarks, or those named on the command line."""
-    for module in (
-        stack, reading, configuring, streaming, endurance, stopping, jogging, commanding, start, adapter, connecting,
-        allocation, simulation, mechanics, improve, recorder, sockets, load, plots, guest, soak, overnight,
-        identify, database,
-    ):  # fmt: skip
-        if chosen and module.__name__.rpartition(".")[2] not in chosen:
-            continue
-        for line in module.figures():
-            sys.stdout.write(json.dumps(line) + "\n")
-            sys.stdout.flush()
+def main(arguments: Sequence[str]) -> int:
+    """Print the lines; exit 1 if one is beyond what it must be."""
+    parser = argparse.ArgumentParser(prog="make bench", description=__doc__)
+    parser.add_argument("modules", nargs="*", help=f"of {', '.join(USUAL)}; only when named: {', '.join(LONG)}")
+    parser.add_argument("--compare", metavar="COMMIT", help="run that commit and this checkout in turn")
+    chosen = parser.parse_args(arguments)
+    unknown = sorted(set(chosen.modules) - {*USUAL, *LONG})
+    if unknown:
+        parser.error(f"no such benchmark: {', '.join(unknown)}")
+    modules = chosen.modules or USUAL
+    began = time.monotonic()
+    beyond: list[str] = []
+    for found in compare(modules, chosen.compare) if chosen.compare else _lines(modules):
+        sys.stdout.write(json.dumps(found) + "\n")
+        sys.stdout.flush()
+        if not found.get("ok", True):
+            beyond.append(found["bench"])
+    summary = f"{time.monotonic() - began:.0f} s" + (f"; beyond what must be: {'; '.join(beyond)}" if beyond else "")
+    sys.stderr.write(summary + "\n")
+    return 1 if beyond else 0
+
+
+def _lines(modules: Sequence[str]) -> Iterator[dict[str, Any]]:
+    for name in modules:
+        yield from import_module(f"bench.{name}").figures()
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main(sys.argv[1:]))

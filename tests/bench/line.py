@@ -17,8 +17,13 @@ def line(
     aim: float | None = None,
     of: str = "ratio",
     peer: str | None = None,
+    limit: str | None = None,
 ) -> dict[str, Any]:
-    """One line. `must` and `aim` judge the figure named `of`: a ratio to a peer is at least that, all else at most."""
+    """One line, with the `peer` in the same run or the physical `limit` that it is compared with.
+
+    `must` and `aim` judge the figure named `of`: a `ratio` to a peer is at least that (peer divided by ours), all else
+    at most (`times`: ours divided by the peer).
+    """
     judged = figures[of]
     faster = of == "ratio" and peer is not None
 
@@ -26,7 +31,7 @@ def line(
         return judged >= goal if faster else judged <= goal
 
     return {
-        "bench": bench, "figures": dict(figures), "peer": peer, "ratio": figures.get("ratio"),
+        "bench": bench, "figures": dict(figures), "peer": peer, "limit": limit, "ratio": figures.get("ratio"),
         "judged": of, "must": must, "aim": aim, "ok": holds(must), "aim_ok": None if aim is None else holds(aim),
     }  # fmt: skip
 
