@@ -30,7 +30,7 @@ class Allocatee:
     @property
     def due(self) -> Instant:
         """Time of the next request. Infinity if none is needed."""
-        return min(self._request_at, self._follow_up_at)
+        return self._follow_up_at if self._follow_up_at < self._request_at else self._request_at
 
     def begin(self, now: Instant) -> None:
         """Rule A: start requesting."""

@@ -14,6 +14,12 @@ _ALL_SERVOS: Final = 255
 _TENTHS_PER_UNITLESS: Final = 1800.0
 
 
+def addresses(payload: bytes, memory: Memory) -> bool:
+    """Whether an encoded ArrayCommand has a command for this servo or for all. Most of a full bus have none."""
+    ids = ArrayCommand.actuator_ids(payload)
+    return memory.get(address.SERVO_ID) in ids or _ALL_SERVOS in ids
+
+
 def accepted_commands(message: ArrayCommand, memory: Memory, behaviour: Behaviour) -> Iterator[tuple[int, Raw]]:
     """Register and raw value of each command for this servo, in message order.
 

@@ -27,7 +27,7 @@ class Broadcast:
     @property
     def due(self) -> Instant:
         """Time of the next message. Infinity without a node ID."""
-        return min(self._node_status_at, self._status_at)
+        return self._status_at if self._status_at < self._node_status_at else self._node_status_at
 
     def begin(self, now: Instant) -> None:
         """Start sending, at once."""

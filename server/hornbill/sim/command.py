@@ -210,7 +210,7 @@ class CommandInput:
         """Set the supply relative to nominal voltage."""
         if supply != self._supply:
             self._supply = supply
-            self.refresh()
+            self._motion.obey(self._motion.orders._replace(volts=supply))
 
     def update_pulse(self, signal: bool, now: Instant) -> None:
         """Set whether the PWM input has a signal. A lost signal still counts for the time of 0x27 (4.30)."""
@@ -239,19 +239,16 @@ class CommandInput:
 
     def limits_reached(self) -> list[str]:
         """Keys of the notification bits for the present position, speed, torque and command (4.31 to 4.33)."""
-        get = self._memory.get
-        commanded = {at: self._active_command(at) for at in address.COMMANDS}
-        watched = [("angle", address.COMMAND_ANGLE, self.angle, address.ANGLE_LIMIT_CW)]
+        get, sign, motion = self._memory.get, int(self._frame.sign), self._motion
+        watched = [("angle", address.COMMAND_ANGLE, self.angle, *self._angle_limits(), 0, 0)]
         if self.cascade() and not self.soft_starting:
-            watched.append(("speed", address.COMMAND_SPEED, self.speed, address.SPEED_LIMIT_CW))
-            watched.append(("torque", address.COMMAND_TORQUE, self.torque, address.TORQUE_LIMIT_CW))
-        sign = int(self._frame.sign)
-        held = {"speed": self._motion.limited_speed * sign, "torque": self._motion.limited_torque * sign}
+            low, high, side = get(address.SPEED_LIMIT_CCW), get(address.SPEED_LIMIT_CW), motion.limited_speed * sign
+            watched.append(("speed", address.COMMAND_SPEED, self.speed, low, high, side, _AT_SPEED))
+            low, high, side = get(address.TORQUE_LIMIT_CCW), get(address.TORQUE_LIMIT_CW), motion.limited_torque * sign
+            watched.append(("torque", address.COMMAND_TORQUE, self.torque, low, high, side, 0))
         found: list[str] = []
-        for name, at, present, limit_cw in watched:
-            low, high = self._angle_limits() if name == "angle" else (get(limit_cw + 1), get(limit_cw))
-            wanted, side = commanded[at], held.get(name, 0)
-            near = _AT_SPEED if name == "speed" else 0
+        for name, at, present, low, high, side, near in watched:
+            wanted = self._active_command(at)
             if present >= high or (wanted is not None and wanted > high) or (side > 0 and present >= high - near):
                 found.append(f"{name}_limit_cw_reached")
             if present <= low or (wanted is not None and wanted < low) or (side < 0 and present <= low + near):

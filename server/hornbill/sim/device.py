@@ -99,7 +99,10 @@ class SimDevice:
     @property
     def due(self) -> Instant:
         """Time of the next `run_due`. Infinity once its supply is off and its horn is at rest."""
-        return min(self._watch_at, self.commander.due) if self.stage is ServoStage.RUNNING else self._until
+        if self.stage is not ServoStage.RUNNING:
+            return self._until
+        timeout = self.commander.due
+        return timeout if timeout < self._watch_at else self._watch_at
 
     def run_due(self, now: Instant) -> None:
         """Process events due at `now`: the end of a stage, checks of supply and progress, the timeout."""

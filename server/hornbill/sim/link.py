@@ -20,8 +20,14 @@ _ALLOCATION_PRIORITY: Final = 24
 _ANONYMOUS: Final = NodeId(0)
 _DISCRIMINATOR_BITS: Final = 14
 
+_SOURCE: Final = 0x7F
+_SERVICE: Final = 0x80
+_REQUEST: Final = 0x80
+"""With the destination, in the second byte of a service's identifier."""
+_TYPE: Final = 0xFFFF80
+_DESTINATION: Final = 0xFF80
 _ALLOCATION: Final = AllocationMessage.TYPE.id
-_ARRAY_COMMAND: Final = ArrayCommand.TYPE.id
+_ARRAY_COMMAND: Final = ArrayCommand.TYPE.id << 8
 
 
 class SimNode:
@@ -58,18 +64,13 @@ class SimNode:
 
     def accept(self, frames: Sequence[Frame]) -> list[Frame]:
         """Acceptance filter: the `frames` relevant to this servo, few on a busy bus."""
-        node_id = self.node_id
+        if not self.node_id:
+            return [frame for frame in frames if _is_allocation(frame[0])]
+        request = (self.node_id | _REQUEST) << 8 | _SERVICE
         found: list[Frame] = []
         for frame in frames:
-            can_id = frame[0]
-            if can_id & 0x80:
-                if node_id and can_id >> 8 & 0xFF == node_id | 0x80:
-                    found.append(frame)
-            elif can_id & 0x7F:
-                type_id = can_id >> 8 & 0xFFFF
-                if type_id == (_ARRAY_COMMAND if node_id else _ALLOCATION):
-                    found.append(frame)
-            elif not node_id and can_id >> 8 & 3 == _ALLOCATION:
+            key = frame[0] & _TYPE
+            if key == _ARRAY_COMMAND or key & _DESTINATION == request:
                 found.append(frame)
         return found
 
@@ -128,3 +129,10 @@ class SimNode:
         """Remove and return the frames to send, in order. Empty while the servo is mute."""
         frames, self._outbox = self._outbox, []
         return [] if self._conditions.mute else frames
+
+
+def _is_allocation(can_id: int) -> bool:
+    """Whether a frame is an Allocation message. One of an anonymous node has only the low two bits of its type."""
+    if can_id & _SERVICE:
+        return False
+    return can_id >> 8 & 0xFFFF == _ALLOCATION if can_id & _SOURCE else can_id >> 8 & 3 == _ALLOCATION

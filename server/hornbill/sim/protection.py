@@ -19,6 +19,7 @@ _RISE_K: Final = 60.0  # above ambient, in continuous stall
 _THERMAL_S: Final = 120.0
 _TEMPERATURE_ERROR_K: Final = 5.0
 _VOLTAGE_ERROR_V: Final = 0.5
+_LIMITS: Final = ("temperature_high", "temperature_low", "voltage_high", "voltage_low")
 
 
 class Protection:
@@ -57,10 +58,14 @@ class Protection:
     def limits(self, memory: Memory) -> tuple[list[str], bool]:
         """Keys of the fault bits of reached limits (4.12), and whether one is exceeded, so that output is off (4.7,
         4.8)."""
-        over = {
-            "temperature_high": self.temperature - memory.get(address.TEMPERATURE_LIMIT_UPPER),
-            "temperature_low": memory.get(address.TEMPERATURE_LIMIT_LOWER) - self.temperature,
-            "voltage_high": self.voltage - memory.get(address.VOLTAGE_LIMIT_UPPER),
-            "voltage_low": memory.get(address.VOLTAGE_LIMIT_LOWER) - self.voltage,
-        }
-        return [key for key, by in over.items() if by >= 0], max(over.values()) > 0
+        get = memory.get
+        over = (
+            self.temperature - get(address.TEMPERATURE_LIMIT_UPPER),
+            get(address.TEMPERATURE_LIMIT_LOWER) - self.temperature,
+            self.voltage - get(address.VOLTAGE_LIMIT_UPPER),
+            get(address.VOLTAGE_LIMIT_LOWER) - self.voltage,
+        )
+        most = max(over)
+        if most < 0:
+            return [], False
+        return [key for key, by in zip(_LIMITS, over, strict=True) if by >= 0], most > 0

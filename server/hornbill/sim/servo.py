@@ -5,7 +5,7 @@ from dataclasses import replace
 from random import Random
 
 from hornbill.sim import address
-from hornbill.sim.array_command import accepted_commands
+from hornbill.sim.array_command import accepted_commands, addresses
 from hornbill.sim.behaviour import TENTHS_PER_UNIT, Behaviour, PositionUnit
 from hornbill.sim.broadcast import Broadcast, actuator_status, node_status
 from hornbill.sim.device import ServoBuild, ServoStage, SimDevice
@@ -225,6 +225,8 @@ class SimulatedServo:
             return True
         self._device.motion.advance(now)
         for transfer in self._link.reassemble(accepted, now):
+            if transfer.type_id == ArrayCommand.TYPE.id and not addresses(transfer.payload, self.memory):
+                continue
             structure = decode(transfer)
             if structure is not None and self._device.running:
                 self._take(transfer, structure, now)
@@ -232,8 +234,14 @@ class SimulatedServo:
 
     def next_due(self) -> Instant:
         """Time of the next required `advance`. Infinity once its supply is off and its horn is at rest."""
-        due = self._device.due
-        return min(due, self._link.due, self._broadcast.due) if self._device.running else due
+        device = self._device
+        due = device.due
+        if device.stage is not ServoStage.RUNNING:
+            return due
+        link, broadcast = self._link.due, self._broadcast.due
+        if link < due:
+            due = link
+        return broadcast if broadcast < due else due
 
     def advance(self, now: Instant) -> None:
         """Simulate up to `now`."""

@@ -177,6 +177,11 @@ class ArrayCommand:
                 fit("command_type", command.command_type, 255)
             raise ValueError("actuator_id and command_type must be whole numbers, 0 to 255.") from None
 
+    @staticmethod
+    def actuator_ids(payload: bytes) -> bytes:
+        """Actuator IDs of the commands in a payload, without decoding it."""
+        return payload[::4]
+
     @classmethod
     def decode(cls, payload: bytes, *, explicit_length: bool = False) -> Self | None:
         """From 4n bytes (n = 0..15).

@@ -189,6 +189,11 @@ class HornMotion:
             self._asleep = False
 
     @property
+    def orders(self) -> Orders:
+        """The present orders."""
+        return self._orders
+
+    @property
     def friction(self) -> float:
         """Friction relative to that of `constants`: it grows by `wear_per_hour`."""
         return 1.0 + self._constants.wear_per_hour * self.moved_s / 3600.0
@@ -264,6 +269,8 @@ class HornMotion:
         heat = 0.0
         limited_speed = limited_torque = 0
         near = _ARRIVED[controller]
+        controller = int(controller)  # plain integers compare faster than an enumeration
+        in_dead_band, in_speed_dead_band = -dead_band, -speed_dead_band
         if not smooth:
             point = target
         for done in range(1, steps + 1):
@@ -276,7 +283,7 @@ class HornMotion:
                 voltage = -damping * speed
                 if error > dead_band:
                     voltage += angle_p * error + boost
-                elif error < -dead_band:
+                elif error < in_dead_band:
                     voltage += angle_p * error - boost
                 if voltage > volts:
                     voltage = volts
@@ -286,15 +293,14 @@ class HornMotion:
             elif controller >= 3:
                 limited_torque = 0
                 growth = 0.0
-                if controller >= 4 and point == 0.0:
-                    # 4.2 and 4.3: speed or torque 0 brakes.
-                    effort = integral = 0.0
-                    braked = True
-                elif controller == 5:
+                braked = False
+                if controller == 5 or (controller == 4 and point == 0.0):
                     effort = point
-                    braked = False
+                    if point == 0.0:
+                        # 4.2 and 4.3: speed or torque 0 brakes.
+                        integral = 0.0
+                        braked = True
                 else:
-                    braked = False
                     push = 0.0
                     if controller == 4:
                         wanted = point
@@ -303,7 +309,7 @@ class HornMotion:
                         if error > dead_band:
                             wanted = angle_p * error - angle_d * speed
                             push = boost
-                        elif error < -dead_band:
+                        elif error < in_dead_band:
                             wanted = angle_p * error - angle_d * speed
                             push = -boost
                         else:
@@ -315,7 +321,7 @@ class HornMotion:
                         wanted, limited_speed = speed_low, -1
                     deviation = wanted - speed
                     effort = integral + push
-                    if deviation > speed_dead_band or deviation < -speed_dead_band:
+                    if deviation > speed_dead_band or deviation < in_speed_dead_band:
                         effort += speed_p * deviation
                         growth = speed_i * deviation
                     elif wanted == 0.0:
@@ -325,15 +331,16 @@ class HornMotion:
                     effort, limited_torque, growth = torque_high, 1, 0.0
                 elif effort < torque_low:
                     effort, limited_torque, growth = torque_low, -1, 0.0
+                back = speed * emf
                 if braked:
-                    demand = -speed * emf
+                    demand = -back
                 else:
-                    voltage = effort + speed * emf
+                    voltage = effort + back
                     if voltage > volts:
                         voltage, growth = volts, 0.0
                     elif voltage < -volts:
                         voltage, growth = -volts, 0.0
-                    demand = voltage - speed * emf
+                    demand = voltage - back
                 if growth:
                     integral += growth
                     if integral > speed_i_limit:
@@ -385,10 +392,12 @@ class HornMotion:
                 speed = 0.0
             if lean:
                 angle = motor + lean
-            elif motor - angle > gap:
-                angle = motor - gap
-            elif angle - motor > gap:
-                angle = motor + gap
+            else:
+                slack = motor - angle
+                if slack > gap:
+                    angle = motor - gap
+                elif slack < -gap:
+                    angle = motor + gap
             if shaped:
                 angle = low if angle < low else high if angle > high else angle
         self.angle, self.speed, self._point, self._integral, self.torque = angle, speed, point, integral, torque
