@@ -1,7 +1,6 @@
 """The database of an installation, with access to all its subjects."""
 
 import asyncio
-import contextlib
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -210,11 +209,12 @@ class Store:
         return subject.posted if isinstance(subject, WriteBehind) else None
 
     def close(self) -> None:
-        """Write all changes, then close the database. Later calls raise RuntimeError. Idempotent."""
+        """Write all changes, then close the database. Later calls raise RuntimeError. Idempotent.
+
+        If the database hangs, this returns after a few seconds, and the changes that were not written are lost.
+        """
         if self._writer is not None:
-            self._writer.close()
-            with contextlib.suppress(StoreFailed, RuntimeError):
-                self.benches.release()
+            self._writer.close(self.benches.release)
         if self._memory is not None:
             self._memory.close()
         self._database.close()

@@ -6,9 +6,12 @@ import logging
 import time
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, InvalidStateError
 from contextvars import ContextVar
 from dataclasses import dataclass
+from functools import partial
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any, Final, Generic, TypeVar
 
 from hornbill.errors import StoreFailed
@@ -23,6 +26,9 @@ MAX_PENDING: Final = 20_000
 """Maximum number of changes that wait while the database fails, of about 1 kB each. Then the oldest are given up."""
 RETRY_S: Final = 1.0
 """Interval of attempts while the database fails, s."""
+
+CLOSE_S: Final = 5.0
+"""Time to write the last changes when the server ends, s."""
 
 RESPONSE_S: Final = 2.0
 """Time that the thread may spend on one change or call, s. Then callers get StoreFailed; the thread continues."""
@@ -49,6 +55,31 @@ class Call(Generic[T]):
         self.abandoned = False
 
 
+class DatabaseThread(Executor):
+    """One daemon thread: the process can end while a call hangs, unlike with ThreadPoolExecutor."""
+
+    def __init__(self) -> None:
+        self._calls: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._thread = Thread(target=self._run, name="store", daemon=True)
+        self._thread.start()
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **options: Any) -> "Future[T]":
+        """Make a call after all earlier ones."""
+        future: Future[T] = Future()
+        self._calls.put(partial(_into, future, partial(fn, *args, **options)))
+        return future
+
+    def end(self, timeout_s: float) -> bool:
+        """End after the calls submitted. False if they take longer than `timeout_s`. Idempotent."""
+        self._calls.put(None)
+        self._thread.join(timeout_s)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        while (call := self._calls.get()) is not None:
+            call()
+
+
 class Writer:
     """The thread. Changes are written in the order submitted; while the database fails, they wait in memory."""
 
@@ -56,7 +87,7 @@ class Writer:
         """`wall` returns seconds since 1970 UTC. `on_done` is called on the event loop after each attempt to write a
         change, with its exception or None."""
         self._wall = wall
-        self._thread = ThreadPoolExecutor(1, "store")
+        self._thread = DatabaseThread()
         self._on_done = on_done
         self._pending: deque[Pending] = deque()
         self._retry: asyncio.TimerHandle | None = None
@@ -109,8 +140,10 @@ class Writer:
         The future ends with the first attempt, as does `on_done`. A change that the database rejects is given up.
         """
         if len(self._pending) >= MAX_PENDING:
-            self._pending.popleft()
+            oldest = self._pending.popleft()
             self.lost += 1
+            text = f"More than {MAX_PENDING} changes wait for the database. The oldest is lost."
+            _end(oldest.first_try, StoreFailed(text, cause="store_timeout", retry=False))
         loop = asyncio.get_running_loop()
         first: Future[object] = Future()
         self._pending.append(Pending(self._wall(), change, first))
@@ -119,16 +152,17 @@ class Writer:
         self._submit(loop)
         return posted
 
-    def close(self) -> None:
-        """Write all changes if possible, then end the thread."""
+    def close(self, last: Callable[[], object]) -> None:
+        """Write all changes if possible, make the call `last`, then end the thread. Takes at most `CLOSE_S`."""
         if self._retry is not None:
             self._retry.cancel()
-        with contextlib.suppress(RuntimeError):  # closed before
-            self._thread.submit(self._attempt)
-        self._thread.shutdown(wait=True)
+        self._thread.submit(self._attempt)
+        self._thread.submit(last)
+        ended = self._thread.end(CLOSE_S)
         self.lost += len(self._pending)
         if self._pending:
-            log.error("%d changes could not be stored and are lost", len(self._pending))
+            why = "" if ended else f", because the database has not responded for {CLOSE_S:.0f} s"
+            log.error("%d changes could not be stored and are lost%s", len(self._pending), why)
         self._pending.clear()
 
     def _stuck_s(self) -> float:
@@ -214,13 +248,24 @@ class Writer:
             self._on_done(error)
 
 
-def _end(future: "Future[object]", error: Exception | None, result: object = None) -> None:
-    if future.done():
+def _into(future: "Future[T]", call: Callable[[], T]) -> None:
+    """Make a call, and give its result or exception to a future unless that was cancelled."""
+    if not future.set_running_or_notify_cancel():
         return
-    if error is not None:
+    try:
+        result = call()
+    except BaseException as error:
         future.set_exception(error)
     else:
         future.set_result(result)
+
+
+def _end(future: "Future[object]", error: Exception | None, result: object = None) -> None:
+    with contextlib.suppress(InvalidStateError):  # it has ended
+        if error is not None:
+            future.set_exception(error)
+        else:
+            future.set_result(result)
 
 
 class WriteBehind:

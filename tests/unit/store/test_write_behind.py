@@ -2,10 +2,13 @@
 
 import asyncio
 import contextlib
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -300,3 +303,45 @@ async def test_the_oldest_keys_in_memory_are_left_to_the_database(place: str, mo
         gate.close()
         assert await store.keys.begin("d", "r") == Begun("r", True, large)
         assert await store.keys.begin("a", "r") is None
+
+
+async def test_more_changes_than_memory_keeps_end_with_an_error(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(write_behind, "MAX_PENDING", 3)
+    async with behind(place) as (store, gate):
+        gate.close()
+        posted: list[Any] = []
+        for number in range(5):
+            store.settings.put("latest", number)
+            posted.append(store.posted(store.settings))
+        for dropped in posted[:2]:
+            with pytest.raises(StoreFailed, match="More than 3 changes"):
+                await asyncio.wait_for(dropped, 5)
+        assert not any(kept.done() for kept in posted[2:])
+        assert (store.pending, store.lost) == (3, 2)
+
+
+HANGING = """
+import asyncio, sys, time
+from hornbill.store import write_behind
+from hornbill.store.store import Store
+
+write_behind.CLOSE_S = 0.2
+
+async def main():
+    with Store(sys.argv[1]) as store:
+        store.begin()
+        store._database._usable = lambda: time.sleep(60)
+        for number in range(3):
+            store.settings.put("latest", number)
+
+asyncio.run(main())
+"""
+"""A server that ends while a call to its database never returns."""
+
+
+def test_a_process_ends_while_its_database_hangs_and_says_what_is_lost(tmp_path: Path) -> None:
+    assert write_behind.CLOSE_S == 5.0
+    done = subprocess.run(
+        [sys.executable, "-c", HANGING, tmp_path], capture_output=True, text=True, timeout=30, check=True
+    )
+    assert "3 changes could not be stored and are lost, because the database has not responded" in done.stderr
