@@ -3,6 +3,7 @@
 import asyncio
 import gzip
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,6 +11,8 @@ import pytest
 from behaviour.actions import torque
 from behaviour.rig import PLAIN, Rig, Socket, json, problem, until
 from behaviour.scene import scene
+from hornbill.app.composition import bus_log_of
+from hornbill.bus.recordings.folder import RECORDINGS, FileFolder
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.jobs import RunningJob
 
@@ -82,35 +85,88 @@ async def test_servos_are_addressed_by_unique_id_serial_number_or_label(rig: Rig
 
 
 async def page_through(rig: Rig, path: str, limit: int) -> list[list[Any]]:
-    """IDs of each page of a list, by following the header Link."""
+    """Rows of each page of a list, by following the header Link."""
     found: list[list[Any]] = []
     query = f"?limit={limit}"
     while query:
         response = await rig.call("GET", path + query)
-        found.append([row.get("id", row.get("name")) for row in json(response)])
+        found.append(json(response))
         link = response.headers.get("link")
         query = "" if link is None else link.removeprefix("<").partition(">")[0]
         assert link is None or link.endswith('; rel="next"')
     return found
 
 
-@scene()
-async def test_lists_are_newest_first_with_limit_and_cursor(rig: Rig, servo: Servo) -> None:
+LISTS = {
+    "/audit": "id", "/benches": "name", "/bus/adapters": "address", "/bus/logs": "name", "/frequency-responses": "id",
+    "/inventory": "uid", "/jobs": "id", "/leases": "shown_id", "/nodes": "node_id", "/profiles": "name",
+    "/recorder/recordings": "name", "/runs": "id", "/servos": "uid", "/servos/{uid}/faults": "key",
+    "/servos/{uid}/snapshots": "id", "/sim/chaos/injections": "number", "/sim/servos": "uid", "/streams": "id",
+    "/tokens": "name",
+}  # fmt: skip
+"""All lists, and what distinguishes their rows."""
+DIAGNOSES = {"/bus/doctor", "/autopilot/plan", "/servos/{uid}/cautions"}
+"""Arrays that are one finding, not a list of things."""
+SHORT = {
+    "/recorder/recordings", "/frequency-responses", "/runs", "/benches", "/bus/logs", "/bus/adapters",
+    "/sim/chaos/injections",
+}  # fmt: skip
+"""Lists that the test leaves with at most one row."""
+
+
+def arrays(document: dict[str, Any]) -> set[str]:
+    """Paths whose GET returns an array."""
+    found: set[str] = set()
+    for path, verbs in document["paths"].items():
+        content = verbs.get("get", {}).get("responses", {}).get("200", {}).get("content", {})
+        schema = content.get("application/json", {}).get("schema", {})
+        schema = document["components"]["schemas"][schema["$ref"].rpartition("/")[2]] if "$ref" in schema else schema
+        if schema.get("type") == "array":
+            found.add(path.removeprefix("/api/v1"))
+    return found
+
+
+@scene(*TWO)
+async def test_all_lists_have_limit_and_cursor(rig: Rig, tmp_path: Path) -> None:
     async def nothing(_job: RunningJob) -> dict[str, object]:
         return {}
 
+    assert LISTS.keys() | DIAGNOSES == arrays(json(await rig.call("GET", "/openapi.json")))
+    rig.app.state.bus_log = bus_log_of(rig.host, tmp_path)
+    rig.app.state.recordings = FileFolder(tmp_path, RECORDINGS)
+    one, other = await rig.ready(2)
+    uids = [one.uid, other.uid]
     jobs = [await rig.host.jobs.wait(rig.host.jobs.start("profile", None, [], nothing)) for _ in range(5)]
+    for number in range(3):
+        json(await rig.call("POST", f"/servos/{one.uid}/snapshots", {"reason": "test"}), 201)
+        json(await rig.call("PUT", f"/profiles/p{number}", {"values": {"angle_p_gain": 41}}), 201)
+        rig.host.store.tokens.add(f"t{number}", "view")
+    for servo in uids:
+        lease = json(await rig.call("POST", "/leases", {"holder": "test", "uids": [servo]}), 201)["id"]
+        json(await rig.call("POST", "/streams", {"uids": [servo], "type": "angle", "rate_hz": 10}, lease=lease), 201)
+    for fault in ("voltage_low", "temperature_high"):
+        rig.sim(one).faults.inject(fault, True)
+    await until(lambda: len(rig.host.store.faults.of(one.uid)) > 1)
+    for listed, key in LISTS.items():
+        path = listed.format(uid=one.uid)
+        every = [row[key] for row in json(await rig.call("GET", path))]
+        assert len(every) > 1 or listed in SHORT, path
+        paged = await page_through(rig, path, 1)
+        assert [row[key] for rows in paged for row in rows] == every, path
+        assert max(map(len, paged)) <= 1, path
+        for wrong, cause in (
+            ("cursor=!", "cursor_invalid"),
+            ("limit=0", "request_malformed"),
+            ("limt=1", "query_parameter_unknown"),
+        ):
+            assert problem(await rig.call("GET", f"{path}?{wrong}"), "invalid_value", 422)["cause"] == cause, path
     newest = [job.id for job in reversed(jobs)]
-    assert await page_through(rig, "/jobs", 2) == [newest[:2], newest[2:4], newest[4:]]
-    for _ in range(3):
-        json(await rig.call("POST", f"/servos/{servo.uid}/snapshots", {"reason": "test"}), 201)
-        rig.host.store.runs.add(servo.uid, "", {})
-    for path in (f"/servos/{servo.uid}/snapshots", "/audit"):
-        every = [row["id"] for row in json(await rig.call("GET", path))]
-        assert every == sorted(every, reverse=True), path
-        assert len(every) >= 3, path
-        assert [one for page in await page_through(rig, path, 2) for one in page] == every, path
-    for path in ("/jobs?cursor=!", "/jobs?cursor=bm9uZQ", "/audit?cursor=!", "/audit?cursor=bm9uZQ"):
+    paged = await page_through(rig, "/jobs", 2)
+    assert [[job["id"] for job in rows] for rows in paged] == [newest[:2], newest[2:4], newest[4:]]
+    for path in (f"/servos/{one.uid}/snapshots", "/audit"):
+        ids = [row["id"] for row in json(await rig.call("GET", path))]
+        assert ids == sorted(ids, reverse=True), path
+    for path in ("/jobs?cursor=bm9uZQ", "/audit?cursor=bm9uZQ", "/servos?cursor=bm9uZQ"):
         assert problem(await rig.call("GET", path), "invalid_value", 422)["cause"] == "cursor_invalid", path
 
 

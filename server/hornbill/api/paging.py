@@ -1,4 +1,4 @@
-"""Pages of lists: newest first, at most `limit` rows. The header Link (RFC 8288) of a page leads to the next one."""
+"""Pages of lists, at most `limit` rows each. The header Link (RFC 8288) of a page leads to the next one."""
 
 from base64 import urlsafe_b64decode, urlsafe_b64encode
 from collections.abc import Callable, Iterable
@@ -13,6 +13,8 @@ from hornbill.errors import InvalidValue
 T = TypeVar("T")
 
 CURSOR: Final = "cursor"
+ALL: Final = 1_000_000
+"""More rows than any list of what exists now has."""
 LINK: Final = {
     "Link": {
         "description": 'Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last.',
@@ -42,7 +44,7 @@ class Page:
         return int(self.after)
 
     def of(self, rows: Iterable[T], key: Callable[[T], object]) -> list[T]:
-        """The page of a complete list, newest first. Raises InvalidValue if the row of the cursor no longer exists."""
+        """The page of a complete list. Raises InvalidValue if the row of the cursor no longer exists."""
         if self.after is not None:
             rest = dropwhile(lambda row: str(key(row)) != self.after, rows)
             if next(rest, None) is None:
@@ -60,20 +62,34 @@ class Page:
         return rows[: self.limit]
 
 
+Cursor = Annotated[str | None, Query(max_length=400, description="Position of the next page, from the header `Link`.")]
+
+
 def pages(default: int, largest: int) -> Any:
-    """Dependency for the page of a list: query parameters `limit` and `cursor`."""
+    """Dependency for the page of a history: query parameters `limit` and `cursor`."""
 
     async def page(
         request: Request,
         response: Response,
         limit: Annotated[int, Query(ge=1, le=largest, description="Maximum number of rows, newest first.")] = default,
-        cursor: Annotated[
-            str | None, Query(max_length=400, description="Position of the next page, from the header `Link`.")
-        ] = None,
+        cursor: Cursor = None,
     ) -> Page:
         return Page(request, response, limit, cursor)
 
     return Depends(page)
+
+
+async def _every(
+    request: Request,
+    response: Response,
+    limit: Annotated[int | None, Query(ge=1, le=ALL, description="Maximum number of rows. Default: all.")] = None,
+    cursor: Cursor = None,
+) -> Page:
+    return Page(request, response, ALL if limit is None else limit, cursor)
+
+
+Every = Annotated[Page, Depends(_every)]
+"""Page of a list of what exists now, complete by default."""
 
 
 def _decoded(cursor: str) -> str:

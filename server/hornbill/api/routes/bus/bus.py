@@ -8,6 +8,7 @@ from pydantic import Field
 
 from hornbill.api import present, remedies
 from hornbill.api.dependencies import TheAdapters, TheHost
+from hornbill.api.paging import Every
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.bus import Adapter, Bus, ConnectionRoleChoice, ConnectionRoleName, Finding
@@ -74,12 +75,13 @@ async def change_role(host: TheHost, body: RoleChange) -> Bus:
 
 
 @routes.get("/bus/adapters", Role.VIEW)
-async def list_adapters(host: TheHost, adapters: TheAdapters) -> list[Adapter]:
+async def list_adapters(host: TheHost, adapters: TheAdapters, page: Every) -> list[Adapter]:
     """List adapters, and why an adapter is unavailable. Responds within 2 s even if a driver hangs."""
     connection = host.connection
     is_open = connection is not None and connection.port.retry_in_s is None
     in_use = connection.port.address if connection is not None and is_open else None
-    return [Adapter.model_validate(one) for one in await adapters.plugged_in(in_use)]
+    found = [Adapter.model_validate(one) for one in await adapters.plugged_in(in_use)]
+    return page.of(found, lambda one: one.address)
 
 
 @routes.get("/bus/doctor", Role.VIEW)

@@ -7,6 +7,7 @@ from pydantic import Field
 
 from hornbill.api import present
 from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath
+from hornbill.api.paging import Every
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.bus import AllocatorChoice, AllocatorState, HealthCode, PendingAllocation
@@ -127,7 +128,7 @@ _BUSY: Final = {State.SAVING: "is saving", State.RESTARTING: "is restarting"}
 
 
 @routes.get("/nodes", Role.VIEW)
-async def list_nodes(host: TheHost) -> list[Node]:
+async def list_nodes(host: TheHost, page: Every) -> list[Node]:
     """List all nodes seen since the bus was connected, by node ID. Empty without a bus."""
     connection = host.connection
     if connection is None:
@@ -136,7 +137,8 @@ async def list_nodes(host: TheHost) -> list[Node]:
     found = [_node(host, connection, node_id, now) for node_id in directory.seen()]
     if directory.anonymous_seen is not None:
         found.append(_anonymous(host, directory.anonymous_seen, now))
-    return sorted([*found, _ourselves(connection, now)], key=lambda one: one.node_id)
+    found = sorted([*found, _ourselves(connection, now)], key=lambda one: one.node_id)
+    return page.of(found, lambda one: one.node_id)
 
 
 @routes.get("/allocations", Role.VIEW)

@@ -11,6 +11,7 @@ from starlette.responses import Response
 
 from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import LeaseHeader, TheHost
+from hornbill.api.paging import Every
 from hornbill.api.routes.server.jobs import Wait, job_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
@@ -88,9 +89,9 @@ ProfileName = Annotated[Name, Path(description="Name of the profile, 1 to 80 cha
 
 
 @routes.get("/profiles", Role.VIEW)
-async def list_profiles(host: TheHost) -> list[Profile]:
+async def list_profiles(host: TheHost, page: Every) -> list[Profile]:
     """List all profiles, by name."""
-    return host.profiles.all()
+    return page.of(host.profiles.all(), lambda one: one.name)
 
 
 @routes.get("/profiles/{name}", Role.VIEW, "unknown_profile", "invalid_value")

@@ -7,6 +7,7 @@ from pydantic import Field
 from hornbill.api import present
 from hornbill.api.addressing import ServoRef
 from hornbill.api.dependencies import LeaseHeader, LeaseId, RequestId, TheHost
+from hornbill.api.paging import Every
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.fields import Model
@@ -79,9 +80,10 @@ async def take_lease(host: TheHost, body: LeaseRequest) -> Lease:
 
 
 @routes.get("/leases", Role.VIEW)
-async def list_leases(host: TheHost) -> list[LeaseView]:
+async def list_leases(host: TheHost, page: Every) -> list[LeaseView]:
     """List the valid leases, oldest first. Empty if no client has motion control."""
-    return [present.lease_view(host, lease) for lease in host.leases.valid(host.base.now())]
+    valid = [present.lease_view(host, lease) for lease in host.leases.valid(host.base.now())]
+    return page.of(valid, lambda one: one.shown_id)
 
 
 @routes.put("/leases/{lease_id}", Role.OPERATE, "unknown_lease", "lease_held", "unknown_servo", "invalid_value", "busy")

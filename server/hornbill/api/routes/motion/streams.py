@@ -6,6 +6,7 @@ from pydantic import Field
 
 from hornbill.api.addressing import Distinct, ServoRef
 from hornbill.api.dependencies import LeaseHeader, StreamId, TheHost
+from hornbill.api.paging import Every
 from hornbill.api.routes.motion.motion import MOTION_PROBLEMS
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
@@ -70,9 +71,9 @@ async def start_stream(host: TheHost, body: NewStream, lease: LeaseHeader = None
 
 
 @routes.get("/streams", Role.VIEW)
-async def list_streams(host: TheHost) -> list[Stream]:
+async def list_streams(host: TheHost, page: Every) -> list[Stream]:
     """List running and recently ended streams, oldest first."""
-    return [shown(one) for one in host.streams.all()]
+    return page.of([shown(one) for one in host.streams.all()], lambda one: one.id)
 
 
 @routes.get("/streams/{stream_id}", Role.VIEW, "unknown_stream")

@@ -7,6 +7,7 @@ from fastapi import Depends, Path, Request, Response
 from pydantic import Field
 
 from hornbill.api.dependencies import TheHost
+from hornbill.api.paging import Every
 from hornbill.api.routing import Routes
 from hornbill.api.security.access import COOKIE, WHO, Access, Identity, cookie
 from hornbill.api.security.roles import PUBLIC, Role, RoleName
@@ -136,9 +137,10 @@ async def create_ticket(access: TheAccess, who: Who) -> Ticket:
 
 
 @routes.get("/tokens", Role.ADMIN)
-async def list_tokens(access: TheAccess, host: TheHost) -> list[TokenView]:
+async def list_tokens(access: TheAccess, host: TheHost, page: Every) -> list[TokenView]:
     """List tokens. Their secrets are not stored and cannot be retrieved."""
-    return [_shown(one, access) for one in await host.store.run(host.store.tokens.all)]
+    found = [_shown(one, access) for one in await host.store.run(host.store.tokens.all)]
+    return page.of(found, lambda one: one.name)
 
 
 @routes.post("/tokens", Role.ADMIN, "conflict", "invalid_value", status_code=201)

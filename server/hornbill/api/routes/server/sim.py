@@ -12,7 +12,7 @@ from typing_extensions import TypeAliasType
 
 from hornbill.api import PREFIX
 from hornbill.api.dependencies import TheHost, UidPath
-from hornbill.api.paging import Page, pages
+from hornbill.api.paging import Every, Page, pages
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.autopilot import Program
@@ -332,9 +332,9 @@ def routes(catalog: Catalog) -> Routes:
     made = Routes("simulator", f"{PREFIX}/sim")
 
     @made.get("/servos", Role.VIEW, "no_simulator")
-    async def list_sim_servos(bench: TheBench) -> list[SimServo]:
+    async def list_sim_servos(bench: TheBench, page: Every) -> list[SimServo]:
         """List the simulated servos."""
-        return [_shown(bench, uid) for uid in bench.servos]
+        return page.of([_shown(bench, uid) for uid in bench.servos], lambda one: one.uid)
 
     @made.post("/servos", Role.ADMIN, "no_simulator", "invalid_value", status_code=201)
     async def add_sim_servo(bench: TheBench, body: NewSimServo) -> SimServo:

@@ -7,6 +7,7 @@ from pydantic import Field
 
 from hornbill.api.addressing import NAMES, ServoNames
 from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath, known_uid
+from hornbill.api.paging import Every
 from hornbill.api.problems import problem
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
@@ -50,11 +51,11 @@ async def read_faults(
 
 
 @routes.get("/servos/{uid}/faults", Role.VIEW, "unknown_servo")
-async def list_faults(host: TheHost, uid: UidPath) -> list[Fault]:
+async def list_faults(host: TheHost, uid: UidPath, page: Every) -> list[Fault]:
     """List all fault bits of a servo that are or were set, also of a servo off the bus. Failures first, then warnings,
     then notifications; active before past. Bits clear automatically or at a restart and cannot be cleared here.
     """
-    return _faults(host, known_uid(host, uid))
+    return page.of(_faults(host, known_uid(host, uid)), lambda one: one.key)
 
 
 @routes.post("/servos/{uid}/faults/acknowledge", Role.OPERATE, *ACKNOWLEDGE_PROBLEMS)

@@ -11,6 +11,7 @@ from starlette.responses import Response
 from hornbill.api.addressing import servo_never_seen
 from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath
 from hornbill.api.downloads import CSV, attachment
+from hornbill.api.paging import Every
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
@@ -74,10 +75,10 @@ FACTS = (
 
 @routes.get("/inventory", Role.VIEW, "invalid_value")
 async def list_inventory(
-    host: TheHost, model: ModelName = None, label: Label = None, q: Serial = None
+    host: TheHost, page: Every, model: ModelName = None, label: Label = None, q: Serial = None
 ) -> list[KnownServo]:
     """List all known servos, most recently seen first."""
-    return await _found(host, model, label, q)
+    return page.of(await _found(host, model, label, q), lambda one: one.uid)
 
 
 @routes.get(

@@ -8,6 +8,7 @@ from starlette.responses import Response
 
 from hornbill.api import present
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
+from hornbill.api.paging import Every
 from hornbill.api.routes.server.jobs import Wait, job_response, preview_response, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
@@ -45,6 +46,7 @@ SAVE_PROBLEMS = (
 @routes.get("/servos", Role.VIEW, "invalid_value")
 async def list_servos(
     host: TheHost,
+    page: Every,
     node_id: Annotated[int | None, Query(description="Node ID, 1 to 127.")] = None,
     servo_id: Annotated[int | None, Query(description="Servo ID (0x45). 0 if never set.")] = None,
     label: Annotated[str | None, Query(description="Nickname.")] = None,
@@ -55,7 +57,8 @@ async def list_servos(
     """List the servos seen since the start. Filters are for lookup; a servo is identified by its unique ID."""
     found = [present.servo(host, one) for one in host.fleet.all()]
     wanted = {"node_id": node_id, "servo_id": servo_id, "label": label, "serial": serial}
-    return [one for one in found if all(want is None or getattr(one, key) == want for key, want in wanted.items())]
+    found = [one for one in found if all(want is None or getattr(one, key) == want for key, want in wanted.items())]
+    return page.of(found, lambda one: one.uid)
 
 
 @routes.get("/servos/{uid}", Role.VIEW, "unknown_servo")
