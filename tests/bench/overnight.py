@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from typing import Any
 
 from bench.line import line
-from overnight_rig import night
+from overnight_rig import check, night
 
 HOURS = 8.0
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """`OVERNIGHT_HOURS` for a shorter night."""
+    """`OVERNIGHT_HOURS` for a shorter night. Fails also if too little happened."""
     hours = float(os.environ.get("OVERNIGHT_HOURS", HOURS))
     with tempfile.TemporaryDirectory() as folder:
         began = time.process_time()
@@ -25,3 +25,4 @@ def figures() -> Iterator[dict[str, Any]]:
         "cpu_s": round(took), "virtual_s_per_cpu_s": round(hours * 3600 / took, 1),
     }  # fmt: skip
     yield line("reports of an overnight rig under chaos, compared with the truth", shown, of="untrue", must=0)
+    check(tally, hours)
