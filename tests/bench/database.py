@@ -3,6 +3,8 @@
 import tempfile
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import count
 from typing import Any
 
 import httpx
@@ -27,17 +29,15 @@ def figures() -> Iterator[dict[str, Any]]:
         wait_until_ready(url, SERVOS)
         api = url + "api/v1/"
         uids = [one["uid"] for one in httpx.get(api + "servos").json()]
+        before = [one_stop(url, servos)[0] for _ in range(STOPS)]
         began = time.time()
         cluster.suspend(2 * AWAY_S)
-        ends, first, changed = time.monotonic() + AWAY_S, list[float](), 0
-        while time.monotonic() < ends:
-            if len(first) < STOPS:
-                first.append(one_stop(url, servos)[0])
-            uid = uids[changed % SERVOS]
-            path = f"{api}servos/{uid}/parameters"
-            httpx.patch(path, json={"values": {"angle_p_gain": 50 + changed}}, timeout=30).raise_for_status()
-            changed += 1
-        assert len(first) == STOPS, f"only {len(first)} stops in {AWAY_S:.0f} s"
+        ends = time.monotonic() + AWAY_S
+        with ThreadPoolExecutor(1) as other:
+            changing = other.submit(_change, f"{api}servos/", uids, ends)
+            hanging = [one_stop(url, servos)[0] for _ in range(STOPS)]
+            assert time.monotonic() < ends, f"{STOPS} stops took longer than {AWAY_S:.0f} s"
+            changed = changing.result()
         waiting = _pending(api)
         cluster.resume()
         resumed = time.monotonic()
@@ -51,11 +51,28 @@ def figures() -> Iterator[dict[str, Any]]:
         pressed = sum(row.entry.action == "stop" and row.entry.outcome == "pressed" for row in rows)
         assert len(writes) <= changed, "written twice"
         assert pressed <= STOPS, "written twice"
-        lost = changed + STOPS - pressed - sum(writes[n : n + 1] == [50 + n] for n in range(changed))
+        lost = changed + STOPS - pressed - sum(writes[n : n + 1] == [_gain(n)] for n in range(changed))
     found = {"pending": waiting, "changes": changed + STOPS, "written_s": round(written_s, 2), "lost": lost}
     yield line(f"database hangs for {AWAY_S:.0f} s, changes lost", found, of="lost", must=0)
-    times = {"stops": STOPS, "ms_p99": round(p99(sorted(first)), 2), "ms_max": round(max(first), 2)}
+    times = {
+        "stops": STOPS, "ms_p99": round(p99(hanging), 2), "ms_max": round(max(hanging), 2),
+        "ms_p99_before": round(p99(before), 2),
+    }  # fmt: skip
     yield line("first torque off after a stop meanwhile, 20 servos at 50 Hz", times, of="ms_p99", must=10)
+
+
+def _gain(number: int) -> int:
+    return 50 + number % 50
+
+
+def _change(servos: str, uids: list[str], ends: float) -> int:
+    """Change one gain after the other until `ends`, and return how many."""
+    for number in count():
+        if time.monotonic() >= ends:
+            return number
+        path = f"{servos}{uids[number % SERVOS]}/parameters"
+        httpx.patch(path, json={"values": {"angle_p_gain": _gain(number)}}, timeout=30).raise_for_status()
+    raise AssertionError
 
 
 def _pending(api: str) -> int:
