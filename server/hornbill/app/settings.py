@@ -31,6 +31,11 @@ class Settings(BaseSettings):
         pattern=r"^(/[A-Za-z0-9._~-]+)*$",
         description="Sub-path behind a reverse proxy, for example /hornbill.",
     )
+    public_url: str | None = Field(
+        default=None,
+        pattern=r"^https?://[^\s]+$",
+        description="Address of the page for other benches, if it differs from the one listened on.",
+    )
     tls_cert: Path | None = Field(default=None, description="Certificate chain, PEM. Enables https.")
     tls_key: Path | None = Field(default=None, description="Private key of the certificate, PEM.")
     bus: str | None = Field(

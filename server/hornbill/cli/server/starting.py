@@ -37,6 +37,10 @@ BehindProxy = Annotated[
     bool | None, typer.Option("--behind-proxy", help="Trust the X-Forwarded-… headers of a reverse proxy.")
 ]
 RootPath = Annotated[str | None, typer.Option(help="Sub-path behind a reverse proxy, for example /hornbill.")]
+PublicUrl = Annotated[
+    str | None,
+    typer.Option(help="Address of the page for other benches, for example https://bench.example/hornbill/."),
+]
 TlsCert = Annotated[Path | None, typer.Option(help="Certificate chain, PEM. Enables https.")]
 TlsKey = Annotated[Path | None, typer.Option(help="Private key of the certificate, PEM.")]
 Bus = Annotated[
@@ -138,6 +142,7 @@ def serve(
     allow_host: AllowHost = None,
     behind_proxy: BehindProxy = None,
     root_path: RootPath = None,
+    public_url: PublicUrl = None,
     tls_cert: TlsCert = None,
     tls_key: TlsKey = None,
 ) -> None:
@@ -146,7 +151,7 @@ def serve(
         bus=bus, bitrate=bitrate, frame_gap_ms=frame_gap_ms, host=host, port=port, data_dir=data_dir,
         database=database, bench=bench, allocator=allocator, role=role,
         position_unit=position_unit, sim_api=sim_api, token=token, allow_host=allow_host or None,
-        behind_proxy=behind_proxy, root_path=root_path, tls_cert=tls_cert, tls_key=tls_key,
+        behind_proxy=behind_proxy, root_path=root_path, public_url=public_url, tls_cert=tls_cert, tls_key=tls_key,
     )  # fmt: skip
     _serve(settings, demo=False, announce="hornbill: open {url}")
 
@@ -318,7 +323,7 @@ def _serve(settings: "Settings", *, demo: bool, announce: str) -> None:
             scheme = "http" if tls is None else "https"
             built = application.build(
                 settings, demo=demo, log=lambda text: print(text, file=sys.stderr), exposure=exposed,
-                url=serving.url_of(listening, scheme, everywhere=gethostname()),
+                url=settings.public_url or serving.url_of(listening, scheme, everywhere=gethostname()),
             )  # fmt: skip
             announce += first_link(exposed.first_token, scheme, listening.getsockname()[1])
             try:
