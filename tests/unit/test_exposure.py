@@ -93,6 +93,16 @@ def test_a_server_in_a_container_creates_a_token_at_its_first_start(tmp_path: Pa
     assert not file.exists(), "it is written once"
 
 
+def test_a_first_token_that_cannot_be_written_is_not_valid(tmp_path: Path) -> None:
+    (tmp_path / FIRST_TOKEN).mkdir()
+    for _ in range(2):
+        with pytest.raises(OSError, match=FIRST_TOKEN):
+            decide(settings(tmp_path, host="0.0.0.0"), demo=False, environment=INSIDE)
+    (tmp_path / FIRST_TOKEN).rmdir()
+    first = decide(settings(tmp_path, host="0.0.0.0"), demo=False, environment=INSIDE)
+    assert (tmp_path / FIRST_TOKEN).read_text() == f"{first.first_token}\n"
+
+
 def test_network_clients_open_only_recordings_of_the_data_folder() -> None:
     network = NetworkPolicy(required=True)
     may_open(network, None, "socketcan:can0")

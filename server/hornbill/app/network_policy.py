@@ -12,6 +12,7 @@ from hornbill.app.settings import Settings
 from hornbill.errors import CannotStart, PortOpenFailed
 from hornbill.store.data_folder import FIRST_TOKEN, prepare
 from hornbill.store.store import Store
+from hornbill.store.tokens import new_secret
 from hornbill.wire.port import REPLAYS
 
 LOCAL: Final = frozenset(("127.0.0.1", "localhost", "::1"))
@@ -78,8 +79,9 @@ def decide(
         with Store(settings.database or settings.data_dir, bench=settings.bench) as store:
             has_tokens = bool(store.tokens.all())
             if not has_tokens and contained:
-                _, first = store.tokens.add(FIRST, "admin")
-                _write_first(settings.data_dir, first)
+                first = new_secret()
+                _write_first(settings.data_dir, first)  # before it is valid: otherwise a failure here would hide it
+                store.tokens.add(FIRST, "admin", first)
     if not has_tokens and not contained:
         raise _refused(
             _refusal(settings) + "create a token first: hornbill tokens create NAME --role admin"

@@ -41,6 +41,11 @@ def digest(secret: str) -> str:
     return sha256(secret.encode(errors="surrogatepass")).hexdigest()
 
 
+def new_secret() -> str:
+    """A secret for a token."""
+    return _PREFIX + secrets.token_urlsafe(_SECRET_BYTES)
+
+
 class Tokens(Repository[TokenRow, Token]):
     """Tokens by name. A dropped token is revoked."""
 
@@ -51,8 +56,8 @@ class Tokens(Repository[TokenRow, Token]):
         """All tokens, sorted by name."""
         return sorted(self._facts(select(TokenRow)), key=lambda one: one.name)
 
-    def add(self, name: str, role: str) -> tuple[Token, str]:
-        """Create a token. Returns it with its secret, which cannot be retrieved again.
+    def add(self, name: str, role: str, secret: str | None = None) -> tuple[Token, str]:
+        """Create a token. Returns it with its secret, which cannot be retrieved again. `secret`: one of `new_secret`.
 
         Raises InvalidValue for a name that does not match `NAME`, and Conflict for a name in use.
         """
@@ -62,7 +67,7 @@ class Tokens(Repository[TokenRow, Token]):
                 "and end with a letter or digit.",
                 cause="token_name_invalid",
             )
-        secret = _PREFIX + secrets.token_urlsafe(_SECRET_BYTES)
+        secret = secret or new_secret()
         with self._database.transaction() as session:
             if session.get(TokenRow, name) is not None:
                 raise Conflict(
