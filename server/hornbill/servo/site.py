@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import logging
 import socket
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
@@ -59,12 +58,15 @@ class Site:
         return [self.this(), *others]
 
     async def run(self) -> None:
-        """Report this bench every `CONTACT_S`, and look for changes every `REFRESH_S`, until cancelled."""
-        due = time.monotonic()
+        """Report this bench every `CONTACT_S`, and look for changes every `REFRESH_S`, until cancelled.
+
+        Both in time of the event loop, as the instants that are stored.
+        """
+        due = self._base.now()
         while True:
             with contextlib.suppress(StoreFailed):  # reported by the writes that wait
-                if time.monotonic() >= due:
-                    due = time.monotonic() + CONTACT_S
+                if self._base.now() >= due:
+                    due = self._base.now() + CONTACT_S
                     await self._contact()
                 await self._store.refresh()
             await asyncio.sleep(REFRESH_S)
