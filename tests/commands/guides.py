@@ -21,7 +21,7 @@ DOCTOR = """hornbill() {
   command hornbill "$@" || { code=$?; [[ $1 == doctor && $code == 1 ]] || return $code; }
 }
 """
-"""Ends with 0 also if the doctor has findings, such as a busy computer."""
+"""Ends with 0 also if the doctor has findings, such as a busy computer. For guides that tell its exit code 1."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Rig:
         assert code is None or ran.returncode == code, ran.stdout + ran.stderr
         return ran.stdout + ran.stderr
 
-    def bash(self, script: str, folder: Path) -> str:
-        """Run a block of a guide with the serial of this rig."""
-        script = DOCTOR + script.replace(WRITTEN, self.serial)
+    def bash(self, script: str, folder: Path, *, findings: bool = False) -> str:
+        """Run a block of a guide with the serial of this rig. `findings`: the doctor may have some."""
+        script = (DOCTOR if findings else "") + script.replace(WRITTEN, self.serial)
         return self.run("bash", "-euo", "pipefail", "-c", script, folder=folder)
