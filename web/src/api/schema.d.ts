@@ -10256,8 +10256,8 @@ export interface components {
         label: string | null;
         /** @description ID of the lease. */
         lease_id: string;
-        /** @description Maximum number of rows, newest first. */
-        limit: number;
+        /** @description Maximum number of rows. Default: all. */
+        limit: number | null;
         /** @description Model, such as `BLA21-06U-A0`. */
         model: string | null;
         /** @description Name of the profile, 1 to 80 characters without slash. */
@@ -10695,7 +10695,12 @@ export interface operations {
     };
     list_benches: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows. Default: all. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -10705,12 +10710,15 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["SiteBench"][];
                 };
             };
+            422: components["responses"]["invalid_value"];
             500: components["responses"]["store_failed"];
             default: components["responses"]["CommonProblem"];
         };
@@ -10787,7 +10795,12 @@ export interface operations {
     };
     list_adapters: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows. Default: all. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -10797,12 +10810,15 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["Adapter"][];
                 };
             };
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10943,7 +10959,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Maximum number of rows, newest first. */
-                limit?: components["parameters"]["limit"];
+                limit?: number;
                 /** @description Position of the next page, from the header `Link`. */
                 cursor?: components["parameters"]["cursor"];
             };
@@ -11468,6 +11484,10 @@ export interface operations {
                 label?: components["parameters"]["label"];
                 /** @description Part of the serial number, nickname or unique ID. */
                 q?: components["parameters"]["q"];
+                /** @description Maximum number of rows. Default: all. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
             };
             header?: never;
             path?: never;
@@ -11478,6 +11498,8 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -11796,7 +11818,12 @@ export interface operations {
     };
     list_leases: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows. Default: all. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -11806,12 +11833,15 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["LeaseView"][];
                 };
             };
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12088,7 +12118,12 @@ export interface operations {
     };
     list_nodes: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows. Default: all. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -12098,12 +12133,15 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["Node"][];
                 };
             };
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12231,7 +12269,12 @@ export interface operations {
     };
     list_profiles: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows. Default: all. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -12241,12 +12284,15 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["Profile"][];
                 };
             };
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12513,7 +12559,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Maximum number of rows, newest first. */
-                limit?: components["parameters"]["limit"];
+                limit?: number;
                 /** @description Position of the next page, from the header `Link`. */
                 cursor?: components["parameters"]["cursor"];
             };
@@ -12874,6 +12920,10 @@ export interface operations {
                 label?: components["parameters"]["label"];
                 /** @description Serial number as printed on the servo, such as `61-466861`. */
                 serial?: string | null;
+                /** @description Maximum number of rows. Default: all. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
             };
             header?: never;
             path?: never;
@@ -12884,6 +12934,8 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -13328,7 +13380,12 @@ export interface operations {
     };
     list_faults: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows. Default: all. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path: {
                 /** @description Unique ID (32 hex digits), serial number such as `61-466861`, or label. */
@@ -13341,6 +13398,8 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17629,7 +17688,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Maximum number of rows, newest first. */
-                limit?: components["parameters"]["limit"];
+                limit?: number;
                 /** @description Position of the next page, from the header `Link`. */
                 cursor?: components["parameters"]["cursor"];
             };
@@ -18394,7 +18453,12 @@ export interface operations {
     };
     list_sim_servos: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows. Default: all. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -18404,6 +18468,8 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18412,6 +18478,7 @@ export interface operations {
             };
             /** @description `no_simulator` */
             404: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -18703,7 +18770,12 @@ export interface operations {
     };
     list_streams: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows. Default: all. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -18713,12 +18785,15 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["Stream"][];
                 };
             };
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -18886,7 +18961,12 @@ export interface operations {
     };
     list_tokens: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Maximum number of rows. Default: all. */
+                limit?: components["parameters"]["limit"];
+                /** @description Position of the next page, from the header `Link`. */
+                cursor?: components["parameters"]["cursor"];
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -18896,12 +18976,15 @@ export interface operations {
             /** @description Success. */
             200: {
                 headers: {
+                    /** @description Address of the next page, relative to this one: `<?cursor=…>; rel="next"`. Absent on the last. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["TokenView"][];
                 };
             };
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Generator, Mapping, Sequence
 from types import TracebackType
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from hornbill.client import responses
 
 POLL_S = 0.1
+LONG_POLL_S = 20.0
+"""Time for which one request waits for the end of a job, s."""
 """Polling interval while waiting."""
 
 
@@ -279,11 +282,14 @@ class Hornbill(Connection):
 
     def wait(self, job: str, *, timeout_s: float | None = None, on_progress: Progress | None = None) -> responses.Job:
         """Wait for a job. Raises the error it failed with, including the fact `job`; Interrupted if it was cancelled;
-        WaitTimeout after `timeout_s`. `on_progress` is called with the job at every poll.
+        WaitTimeout after `timeout_s`. `on_progress` is called with the job ten times a second.
         """
-        until = None if timeout_s is None else time.monotonic() + timeout_s
+        until = math.inf if timeout_s is None else time.monotonic() + timeout_s
         while True:
-            seen: responses.Job = self.request("GET", f"/jobs/{job}")
+            within_s = 0.0 if on_progress is not None else max(0.0, min(LONG_POLL_S, until - time.monotonic()))
+            seen: responses.Job = self.request(
+                "GET", f"/jobs/{job}", timeout_s=LONG_POLL_S + 10, wait=round(within_s, 3) or None
+            )
             if on_progress is not None:
                 on_progress(seen)
             if seen["state"] == "succeeded":
@@ -293,9 +299,10 @@ class Hornbill(Connection):
             if seen["state"] == "failed":
                 problem = seen["error"]
                 raise raised(500 if problem is None else problem["status"], {**(problem or {}), "job": seen})
-            if until is not None and time.monotonic() > until:
+            if time.monotonic() >= until:
                 raise WaitTimeout(f"The {seen['kind']} job has not ended after {timeout_s:g} s.", cause=None, job=seen)
-            time.sleep(POLL_S)
+            if on_progress is not None:
+                time.sleep(POLL_S)
 
     def profiles(self) -> list[responses.Profile]:
         """All profiles, by name."""

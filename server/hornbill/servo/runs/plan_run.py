@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, ClassVar, Final, cast
 
-from hornbill.domain.fields import known
+from hornbill.domain.fields import Param, known
 from hornbill.domain.plan import PlanQuantity, PlanStep, RunPlan
 from hornbill.domain.profile import Profile
 from hornbill.errors import BusDisconnected, HornbillError, LeaseHeld, LeaseRequired, Stopped, UnexpectedResult
@@ -311,25 +311,31 @@ def plan_steps(targets: Sequence[PlanTarget], plan: RunPlan, *, profile: bool) -
     for number, one in enumerate(plan.steps, start=1):
         for target in targets:
             if target.name in plan.named(one):
-                text, values = _step_text(one, target.name)
-                name = target.plan_step_name(number)
-                shown = f"{target.title}: {number}. {text}"
-                found.append(
-                    Step(name, shown, uid=target.uid, params={"servo": target.title, "step": number, **values})
-                )
+                values = _step_params(one, target.name)
+                shown = f"{target.title}: {number}. {plan_step_text(one.do, values)}"
+                params = {"servo": target.title, "step": number, **values}
+                found.append(Step(target.plan_step_name(number), shown, uid=target.uid, params=params))
     return [*found, *(target.step("torque_off", "Torque off") for target in targets)]
 
 
-def _step_text(step: PlanStep, name: str) -> tuple[str, dict[str, float]]:
+def _step_params(step: PlanStep, name: str) -> dict[str, Param]:
     match step.do:
         case "move":
-            angle = step.angle_of(name)
-            return f"Move to {angle:g}°", {"angle_deg": angle}
+            return {"angle_deg": step.angle_of(name)}
         case "speed":
-            return f"Turn at {step.speed_rpm:g} rpm for {step.for_s:g} s", {"rpm": step.speed_rpm, "for_s": step.for_s}
+            return {"rpm": step.speed_rpm, "for_s": step.for_s}
         case "torque":
-            return f"Push with {step.torque_pct:g} % for {step.for_s:g} s", {
-                "torque_pct": step.torque_pct, "for_s": step.for_s
-            }  # fmt: skip
+            return {"torque_pct": step.torque_pct, "for_s": step.for_s}
         case "wait":
-            return f"Wait {step.for_s:g} s", {"for_s": step.for_s}
+            return {"for_s": step.for_s}
+
+
+_STEP_TEXTS: Final = {
+    "move": "Move to {angle_deg:g}°", "speed": "Turn at {rpm:g} rpm for {for_s:g} s",
+    "torque": "Push with {torque_pct:g} % for {for_s:g} s", "wait": "Wait {for_s:g} s",
+}  # fmt: skip
+
+
+def plan_step_text(do: str, params: Mapping[str, Param]) -> str:
+    """A step of a plan in English, such as "Move to 10°", from the values of its step of the job."""
+    return _STEP_TEXTS[do].format(**params)

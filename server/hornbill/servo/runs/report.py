@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 
 from hornbill.servo.configuration import record as records
 from hornbill.servo.configuration.record import ServoRecord
-from hornbill.servo.runs.plan_run import PlanResults, StepCount, plan_results
+from hornbill.servo.runs.plan_run import PlanResults, StepCount, plan_results, plan_step_text
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.steps import Step
 from hornbill.store.servos import StoredServo
@@ -33,9 +33,8 @@ class ReportTarget:
 
     def action(self, count: StepCount) -> str:
         """Step of the plan, such as `Move to 10°`."""
-        end = f".{count.step}"
-        text = next((one.text for one in self.steps if one.code == count.do and one.name.endswith(end)), "")
-        return text.partition(f": {count.step}. ")[2]
+        steps = (one for one in self.steps if (one.code, one.params.get("step")) == (count.do, count.step))
+        return next((plan_step_text(count.do, one.params) for one in steps), "")
 
 
 @dataclass(frozen=True, slots=True)
