@@ -93,6 +93,29 @@ async def test_a_plan_runs_all_cycles_without_its_client_and_turns_torque_off(ri
     assert all(step["state"] == "done" for step in done["steps"])
 
 
+FILE = """
+name = "endurance"
+servos = ["{uid}"]
+
+[[steps]]
+do = "move"
+angle_deg = 10
+"""
+
+
+@scene(ONE)
+async def test_a_plan_is_also_the_text_of_a_file(rig: Rig, servo: Servo) -> None:
+    body = {"plan": FILE.format(uid=servo.uid), "dry_run": True}
+    found = json(await rig.call("POST", "/plans", body))
+    assert (found["name"], found["steps"], found["servos"][0]["uid"]) == ("endurance", 1, servo.uid)
+    assert found["plan"]["limits"]["position_error_deg"] == 1.0
+    started = json(await rig.call("POST", "/plans", {"plan": found["plan"]}), 202)
+    assert (await ended(rig, started["id"]))["state"] == "succeeded"
+    for wrong, said in (("name =", "not TOML"), ("[" * 5000, "not TOML"), ('name = "x"', "servos")):
+        refused = problem(await rig.call("POST", "/plans", {"plan": wrong, "dry_run": True}), "invalid_value", 422)
+        assert said in refused["detail"], wrong
+
+
 REFUSED: dict[str, tuple[dict[str, object], str, int]] = {
     "unknown servo": ({"servos": ["nobody"]}, "unknown_servo", 404),
     "unknown profile": ({"profile": "none"}, "unknown_profile", 404),

@@ -126,8 +126,9 @@ def plan(wanted: RunPlan, found: list[PlanProspect]) -> PlanPreview:
     ]  # fmt: skip
     least = sum(0.0 if one.do == "move" else one.for_s for one in wanted.steps)
     return PlanPreview(
-        name=wanted.name, cycles=wanted.cycles, steps=len(wanted.steps), least_s=least * wanted.cycles, servos=servos
-    )
+        name=wanted.name, cycles=wanted.cycles, steps=len(wanted.steps), least_s=least * wanted.cycles,
+        servos=servos, plan=wanted.model_dump(mode="json"),
+    )  # fmt: skip
 
 
 def activity(host: Host, one: Servo) -> Activity:

@@ -1,6 +1,6 @@
 """Test plans: motion of servos in cycles, with limits and stop rules. A plan file (TOML) has this form."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 from typing_extensions import TypeAliasType
@@ -170,3 +170,4 @@ class PlanPreview(Model):
     steps: int = Field(description="Number of steps of a cycle.")
     least_s: float = Field(description="Duration of the waits and of speed and torque steps, over all cycles, s.")
     servos: list[PlanServo] = Field(description="Servos in the order of the plan.")
+    plan: dict[str, Any] = Field(description="The plan as read, with defaults, in the form of the request.")

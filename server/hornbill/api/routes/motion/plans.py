@@ -1,8 +1,10 @@
 """Route of test plans: dry run and start. Jobs show their progress, `/jobs/{job_id}/report` their results."""
 
+import tomllib
 from collections.abc import Mapping
+from typing import Annotated
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 from starlette.responses import Response
 
 from hornbill.api import present
@@ -21,10 +23,22 @@ from hornbill.units import Uid
 routes = Routes("motion")
 
 
+def _read(plan: object) -> object:
+    """Contents of a plan file. Raises ValueError."""
+    if not isinstance(plan, str):
+        return plan
+    try:
+        return tomllib.loads(plan.removeprefix("\ufeff"))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise ValueError(f"The file is not TOML: {error}.") from None
+
+
 class PlanStart(Model):
     """A test plan to run."""
 
-    plan: RunPlan = Field(description="Test plan.")
+    plan: Annotated[RunPlan, BeforeValidator(_read, json_schema_input_type=RunPlan | str)] = Field(
+        description="Test plan, or the text of a plan file (TOML)."
+    )
     dry_run: DryRun = False
     confirm: Confirmed = Field(default=[])
     by: str = Field(default="REST", max_length=64, description="Client that starts it, for the record.")
