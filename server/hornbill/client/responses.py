@@ -1752,6 +1752,8 @@ class PlanPreview(TypedDict):
     """Duration of the waits and of speed and torque steps, over all cycles, s."""
     name: str
     """Name of the plan."""
+    plan: dict[str, Any]
+    """The plan as read, with defaults, in the form of the request."""
     servos: list[PlanServo]
     """Servos in the order of the plan."""
     steps: int

@@ -7228,6 +7228,10 @@ export interface components {
             least_s: number;
             /** @description Name of the plan. */
             name: string;
+            /** @description The plan as read, with defaults, in the form of the request. */
+            plan: {
+                [key: string]: unknown;
+            };
             /** @description Servos in the order of the plan. */
             servos: components["schemas"]["PlanServo"][];
             /** @description Number of steps of a cycle. */
@@ -7284,8 +7288,8 @@ export interface components {
              * @default false
              */
             dry_run?: boolean;
-            /** @description Test plan. */
-            plan: components["schemas"]["RunPlan"];
+            /** @description Test plan, or the text of a plan file (TOML). */
+            plan: components["schemas"]["RunPlan"] | string;
         };
         PlanStep: components["schemas"]["PlanMove"] | components["schemas"]["PlanSpeed"] | components["schemas"]["PlanTorque"] | components["schemas"]["PlanWait"];
         /**

@@ -13,6 +13,9 @@ export type Change = Shapes["Change"];
 export type ParametersPatched = Shapes["ParametersPatched"];
 export type Job = Shapes["Job"];
 export type JobStep = Shapes["JobStep"];
+export type RunPlan = Shapes["RunPlan"];
+export type PlanStep = RunPlan["steps"][number];
+export type PlanPreview = Shapes["PlanPreview"];
 export type StepCode = JobStep["code"];
 export type EvidenceCode = NonNullable<JobStep["evidence_code"]>;
 /** Params of a text, by name with unit. */

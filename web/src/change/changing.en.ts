@@ -121,6 +121,21 @@ const kinds: Record<ChangeKind, Kind> = {
     done: ({ servos: n }) => `Output is on: ${servos(n)}`,
     failed: () => "Output not restored on all servos",
   },
+  plan: {
+    title: ({ name }) => `Run ${name}?`,
+    go: ({ servos: n }) => `Move ${servos(n)}`,
+    running: ({ name }) => `Running ${name}`,
+    done: ({ name }) => `${name}: all within limits`,
+    failed: ({ name }) => `${name} has ended early or exceeded a limit`,
+  },
+  "plan-resume": {
+    title: ({ name }) => `Resume ${name}?`,
+    lead: "The run continues with the cycle and step at which it ended. Its results are kept.",
+    go: () => "Resume and move",
+    running: ({ name }) => `Running ${name}`,
+    done: ({ name }) => `${name}: all within limits`,
+    failed: ({ name }) => `${name} has ended early or exceeded a limit`,
+  },
 };
 
 export const words = {
@@ -137,6 +152,32 @@ export const words = {
   rejected: (why: string) => `Excluded, nothing is written: ${why}`,
   refused: (why: string) => `Nothing was written. ${why}`,
   facts: (model: string, serial: string, id: string) => `${model}, ${serial}, servo ${id}`,
+  plan: {
+    size: (cycles: number, steps: number, least: string) =>
+      `${cycles} ${cycles === 1 ? "cycle" : "cycles"} of ${steps} ${steps === 1 ? "step" : "steps"}, at least ${least} plus the moves.`,
+    moves: "Torque turns on, the servos move, and torque turns off at the end. Keep clear of the horns.",
+    stepsLabel: "Steps of a cycle",
+    profile: (name: string) => `Profile ${name} is written to RAM first.`,
+    limits: (list: string) => `Limits: ${list}.`,
+    onLimit: {
+      stop: "A servo beyond a limit ends the run.",
+      drop: "A servo beyond a limit is switched off; the others continue.",
+      continue: "A servo beyond a limit is recorded and continues.",
+    },
+    quantity: {
+      error: "position error",
+      temperature: "temperature",
+      torque: "torque",
+      least: "supply at least",
+      most: "supply at most",
+    },
+    cycles: (done: number, all: number) => `${done} of ${all} ${all === 1 ? "cycle" : "cycles"} done`,
+    progress: "Progress of the run",
+    end: "End run",
+    resume: "Resume…",
+    report: "Report",
+    alone: "The server runs the plan, also if this page is closed. Stop and End run turn torque off.",
+  },
   keepOn: "Keep the supply on until this is done.",
   inTurn: "One servo at a time, in this order. Keep this page open until the last one has restarted.",
   lost: (n: number) => `${values(n)} in RAM only ${n === 1 ? "is" : "are"} lost`,

@@ -15,6 +15,8 @@ import { begun, type ChangeFlow, closeChange, type Part, shownChange } from "./f
 import { HornForecast } from "./horn-forecast";
 import { OutputQuestion, outputKept, ProfileServos, ResetName, ResetOptions } from "./kinds";
 import { PlanParts } from "./plan";
+import { PlanQuestion, PlanRun } from "./plan-parts";
+import type { PlanFacts } from "./plan-request";
 import { Progress } from "./progress";
 import type { ProfileFacts } from "./requests";
 import { wordsOf } from "./safety-words";
@@ -92,7 +94,9 @@ function Opened({ flow }: { flow: ChangeFlow }) {
           ? subtitleOver(flow)
           : request.kind === "output"
             ? strings.output.stop
-            : strings.keepOn
+            : isPlan(flow)
+              ? strings.plan.alone
+              : strings.keepOn
       }
       testid="job-dialog"
       onClose={closeChange}
@@ -108,6 +112,7 @@ function Opened({ flow }: { flow: ChangeFlow }) {
         </>
       }
     >
+      {isPlan(flow) && flow.jobs.map(job => <PlanRun key={job.id} job={job} />)}
       <Progress flow={flow} />
       {phase === "over" && outputKept(flow) && <p class="second">{strings.output.keeps}</p>}
     </Dialog>
@@ -143,6 +148,7 @@ function Question({ flow }: { flow: ChangeFlow }) {
           <Note testid="change-refused">{strings.refused(whyRefused(problem))}</Note>
         ))}
       {kind === "output" && <OutputQuestion flow={flow} />}
+      {isPlan(flow) && <PlanQuestion flow={flow} />}
       {kind === "profile" && <ProfileServos flow={flow} />}
       {verb && alone?.restart && one ? (
         <HornForecast one={one} forecast={alone.restart} verb={verb}>
@@ -216,7 +222,7 @@ function Foot({ flow, about }: { flow: ChangeFlow; about: About }) {
         </Button>
       ) : (
         <Button
-          look={request.kind === "factory-reset" ? "danger" : "primary"}
+          look={request.kind === "factory-reset" || isPlan(flow) ? "danger" : "primary"}
           live
           testid={`${request.kind}-go`}
           disabled={busy || !flow.mayGo.value}
@@ -228,6 +234,8 @@ function Foot({ flow, about }: { flow: ChangeFlow; about: About }) {
     </>
   );
 }
+
+const isPlan = ({ request }: ChangeFlow) => request.kind === "plan" || request.kind === "plan-resume";
 
 /** The servo of the change, if it is one. */
 function aloneOf(flow: ChangeFlow): KnownServo | undefined {
@@ -243,8 +251,8 @@ function aboutOf(flow: ChangeFlow): About {
   const values = able.reduce((sum, one) => sum + one.changes.length, 0);
   return {
     name:
-      request.kind === "profile"
-        ? (request.facts as ProfileFacts).name
+      request.kind === "profile" || isPlan(flow)
+        ? (request.facts as ProfileFacts | PlanFacts).name
         : nameOf(aloneOf(flow) ?? servo(able[0]?.uid ?? null)),
     servos: request.kind.startsWith("batch") && able.length === 0 ? (request.count ?? 0) : able.length,
     values:

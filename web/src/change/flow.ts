@@ -24,7 +24,9 @@ export type ChangeKind =
   | "profile"
   | "restart"
   | "factory-reset"
-  | "output";
+  | "output"
+  | "plan"
+  | "plan-resume";
 
 export interface PlanOptions {
   save: boolean;

@@ -10,7 +10,7 @@ import { saving, changing as strings } from "./words";
 export function PlanParts({ flow }: { flow: ChangeFlow }) {
   const parts = flow.parts.value ?? [];
   const { kind } = flow.request;
-  if (kind === "output" || kind === "profile") return null;
+  if (["output", "profile", "plan", "plan-resume"].includes(kind)) return null;
   if (parts.length === 0) return flow.problem.value ? null : <p>{wordsOfNothing(kind)}</p>;
   const [alone] = parts;
   if (alone && parts.length === 1 && !kind.startsWith("batch")) return <PlanRows part={alone} kind={kind} />;

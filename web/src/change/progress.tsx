@@ -90,7 +90,7 @@ function Steps({ turn, kind, scale = false }: { turn: Turn; kind: ChangeKind; sc
   const over = ended(job);
   return (
     <>
-      {scale && kind !== "output" && <TimeScale job={job} over={over} />}
+      {scale && kind !== "output" && job.kind !== "plan" && <TimeScale job={job} over={over} />}
       <JobSteps
         kind={job.kind}
         uid={job.uid}

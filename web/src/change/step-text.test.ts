@@ -30,6 +30,12 @@ test("a step is called by the kind of its job and its code, with or without its 
   expect(stepText("restart", one)).toBe("said by the server");
 });
 
+test("a step of a test plan is called by its number and values", () => {
+  const one = { code: "move", params: { servo: "Rudder", step: 2, angle_deg: -10 } } as unknown as JobStep;
+  expect(stepText("plan", one)).toBe("Rudder: 2. Move to −10.0°");
+  expect(stepText("plan", { ...one, code: "torque_off", params: {} }, true)).toBe("Torque off");
+});
+
 test("a failed step gives its reason, without the part for programs", () => {
   const failed = {
     ...step("No bus. PUT /api/v1/bus."),

@@ -1,14 +1,23 @@
 /** Name and evidence of a step of a job, by code; the server's words if there are none. */
-import type { Job, JobStep } from "../api/types";
+import type { Job, JobStep, Params, PlanStep } from "../api/types";
 import { factsOf } from "../bench/facts";
 import { steps as words } from "./words";
 
 /** `bare`: without the servo's name. */
 export function stepText(kind: Job["kind"], step: JobStep, bare = false): string {
-  const name = words.steps[kind]?.[step.code];
+  const number = kind === "plan" ? step.params?.step : undefined;
+  const name =
+    number === undefined
+      ? words.steps[kind]?.[step.code]
+      : words.numbered(Number(number), planStepText(step.code as PlanStep["do"], step.params ?? {}));
   const servo = step.params?.servo;
   if (name === undefined) return step.text;
   return bare || servo === undefined ? name : words.of(String(servo), name);
+}
+
+/** "Move to +10.0°". */
+export function planStepText(kind: PlanStep["do"], values: Params): string {
+  return words.planned[kind](factsOf(values));
 }
 
 /** Evidence of a step; `over`: without evidence about later steps. */

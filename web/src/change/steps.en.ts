@@ -1,5 +1,5 @@
 /** English names of the steps of jobs. In English the server words their evidence. */
-import type { EvidenceCode, Job, StepCode } from "../api/types";
+import type { EvidenceCode, Job, PlanStep, StepCode } from "../api/types";
 import type { FactsText } from "../bench/facts";
 
 const saving = {
@@ -100,8 +100,18 @@ const steps: Readonly<Record<Job["kind"], Partial<Record<StepCode, string>>>> = 
 
 const evidence: Readonly<Partial<Record<EvidenceCode, FactsText>>> = {};
 
+/** Steps of a test plan, with their values. */
+const planned: Readonly<Record<PlanStep["do"], FactsText>> = {
+  move: p => `Move to ${p.angle_deg}`,
+  speed: p => `Turn at ${p.rpm} for ${p.for_s}`,
+  torque: p => `Push with ${p.torque_pct} for ${p.for_s}`,
+  wait: p => `Wait ${p.for_s}`,
+};
+
 export const words = {
   steps,
+  planned,
+  numbered: (n: number, step: string) => `${n}. ${step}`,
   evidence,
   /** A step on one of several servos. */
   of: (servo: string, step: string) => `${servo}: ${step}`,

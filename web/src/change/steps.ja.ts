@@ -129,6 +129,13 @@ export const words = {
       torque_off: "トルクオフ",
     },
   },
+  planned: {
+    move: p => `${p.angle_deg}へ移動`,
+    speed: p => `${p.rpm}で${p.for_s}回転`,
+    torque: p => `トルク${p.torque_pct}を${p.for_s}`,
+    wait: p => `${p.for_s}待機`,
+  },
+  numbered: (n, step) => `${n}. ${step}`,
   evidence: {
     problem: p => p.problem ?? "失敗しました。",
     interrupted: () => "ここでサーバが終了しました。サーボが実行したかどうかは不明です。",

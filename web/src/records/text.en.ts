@@ -146,6 +146,9 @@ export const words = {
     report: "Report",
     open: "Open in Commission",
     wiggles: "Show wiggles",
+    planLead: "A test plan (TOML file) moves servos in cycles within limits. It is checked first.",
+    runPlan: "Run test plan…",
+    tooLarge: (name: string) => `${name} exceeds 64 kB. Choose a plan file.`,
   },
 
   audit: {

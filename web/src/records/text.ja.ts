@@ -142,6 +142,9 @@ export const words = {
     report: "レポート",
     open: "初期設定で開く",
     wiggles: "動作確認も表示",
+    planLead: "試験計画（TOMLファイル）は、制限内でサーボを繰り返し動かします。開始前に確認します。",
+    runPlan: "試験計画を実行…",
+    tooLarge: name => `${name}は64 kBを超えています。試験計画のファイルを選んでください。`,
   },
   audit: {
     servo: "サーボ",

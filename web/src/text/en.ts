@@ -74,7 +74,9 @@ export const text = {
         if (facts.cause === "observer_sends_nothing") return text.motion.whileObserving;
         return "This bus is a recording and cannot be written. Connect an adapter.";
       case "unknown_servo":
-        return "This servo is no longer known.";
+        return typeof facts.uid === "string" && facts.uid.length < 32
+          ? `No servo has the label or serial number ${facts.uid}.`
+          : "This servo is no longer known.";
       case "stale_revision":
         return "Another client changed this servo. Review its values, then retry.";
       case "lease_required":

@@ -37,7 +37,10 @@ export const codes: Readonly<Record<string, FactsText>> = {
   interrupted: () => "途中でサーバが終了しました。どこまで実行されたかは不明です。",
   forbidden_parameter: () => "このレジスタには触れません。何も送信していません。",
   not_available: () => "この環境では使用できません。",
-  unknown_servo: () => "このサーボはもう登録されていません。",
+  unknown_servo: p =>
+    p.uid && p.uid.length < 32
+      ? `ラベルまたはシリアル番号が${p.uid}のサーボはありません。`
+      : "このサーボはもう登録されていません。",
   unknown_parameter: () => "そのパラメータはありません。",
   unknown_job: () => "その処理はもうありません。",
   unknown_lease: () => "その動作権はもうありません。",
