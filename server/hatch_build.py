@@ -10,7 +10,7 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-PICTURES = {".png", ".webp", ".jpg", ".map"}
+PICTURES = frozenset({".png", ".webp", ".jpg", ".map"})
 
 
 class CustomBuildHook(BuildHookInterface):
@@ -28,7 +28,7 @@ class CustomBuildHook(BuildHookInterface):
         page = root / "web" / "dist"
         if not (page / "index.html").is_file():
             raise RuntimeError(f"The page is not built: {page} has no index.html. Run 'make build'.")
-        _include(build_data, root / "schemas", "schemas", but={"openapi.json"})  # the server makes it
+        _include(build_data, root / "schemas", "schemas")
         build_data["force_include"][str(page)] = "hornbill/_data/web"
         docs = root / "docs" / "dist"
         if (docs / "index.html").is_file():
@@ -48,7 +48,7 @@ class CustomBuildHook(BuildHookInterface):
         return folder / "commit"
 
 
-def _include(build_data: dict[str, Any], folder: Path, name: str, but: set[str]) -> None:
+def _include(build_data: dict[str, Any], folder: Path, name: str, but: frozenset[str] = frozenset()) -> None:
     """Force-include the files of a folder as hornbill/_data/`name`, without names and suffixes in `but`."""
     for file in folder.rglob("*"):
         if file.is_file() and not {file.name, file.suffix} & but:

@@ -19,6 +19,11 @@ def schemas() -> Path:
     raise FileNotFoundError("Parameter tables not found. Reinstall hornbill, or run it from its checkout.")
 
 
+def openapi() -> Path:
+    """The generated OpenAPI document."""
+    return schemas() / "generated" / "openapi.json"
+
+
 def page() -> Path | None:
     """Folder of the built page, or None if it is not built (`make build`)."""
     for folder in (_PACKAGE / "_data" / "web", _CHECKOUT / "web" / "dist"):
