@@ -82,11 +82,10 @@ def _distinct(given: Any, validate: ValidatorFunctionWrapHandler) -> Any:
     return found
 
 
-ServoRef = Annotated[
-    str,
-    Field(min_length=1, max_length=64, description=f"{NAMES}."),
-    AfterValidator(_resolved),
-]
+ServoText = Annotated[str, Field(min_length=1, max_length=64, description=f"{NAMES}.")]
+"""A servo in a request, as given. Its user resolves it."""
+
+ServoRef = Annotated[ServoText, AfterValidator(_resolved)]
 """A servo in a request. Its value is the unique ID."""
 
 ServoName = Annotated[str, Field(min_length=1, max_length=64), AfterValidator(_if_known)]

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import Depends, Header, Path, Request
 
-from hornbill.api.addressing import NAMES, ServoRef, address_by, servo_never_seen
+from hornbill.api.addressing import NAMES, ServoRef, ServoText, address_by, resolve, servo_never_seen
 from hornbill.bus.listing import Adapters
 from hornbill.bus.recordings.bus_log import BusLog
 from hornbill.bus.recordings.folder import FileFolder
@@ -55,11 +55,17 @@ UidPath = Annotated[ServoRef, Path(description=f"{NAMES}.")]
 """A `{uid}` that may be off the bus. Its value is the unique ID."""
 
 
-async def _servo(host: TheHost, uid: UidPath) -> Servo:
-    return host.fleet.get(uid)
+UidText = Annotated[ServoText, Path(description=f"{NAMES}.")]
+"""The same, not resolved."""
 
 
-TheServo = Annotated[Servo, Depends(_servo)]
+async def servo_of(request: Request, uid: UidText) -> Servo:
+    """Servo of `{uid}`. Needs no other dependency, each of which would take as long as the rest of it."""
+    host = await _host(request)
+    return host.fleet.get(resolve(host, uid))
+
+
+TheServo = Annotated[Servo, Depends(servo_of)]
 """Servo of `{uid}`; unknown_servo (404) if there is none."""
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 
 from hornbill.schema.catalog import Catalog
-from hornbill.schema.effect import COMMANDS, MODE, Effect
+from hornbill.schema.effect import COMMANDS, MODE, Effect, LastCommand, in_force
 from hornbill.servo.device.reading import circumstances, verdicts
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.hub import Hub, ReadingChanged, ServoChanged
@@ -20,6 +20,8 @@ class Effects:
         self._depend_on = _dependents(catalog)
         self._state: dict[Uid, tuple[object, ...]] = {}
         self._verdicts: dict[Uid, dict[str, Effect]] = {}
+        self._last: dict[Uid, LastCommand | None] = {}
+        """Command for which the rows that depend on it were checked last. Another value of it changes no verdict."""
         hub.subscribe(self._on_servo, ServoChanged)
         hub.subscribe(self._on_reading, ReadingChanged)
 
@@ -37,10 +39,18 @@ class Effects:
             self._on_servo(ServoChanged(change.uid))
         rows = self._depend_on.get(change.key)
         servo = None if rows is None else self._find(change.uid)
-        if rows and servo is not None:
+        if not rows or servo is None:
+            return
+        if change.key not in COMMANDS:
             self._check(servo, rows)
+            return
+        last = in_force({key: servo.raw(key) for key in (MODE, *COMMANDS)}, servo.registers)
+        if servo.uid not in self._last or self._last[servo.uid] != last:
+            self._check(servo, rows)
+            self._last[servo.uid] = last
 
     def _check(self, servo: Servo, rows: Iterable[str]) -> None:
+        self._last.pop(servo.uid, None)
         known = self._verdicts.setdefault(servo.uid, {})
         for key, now in verdicts(servo, [key for key in rows if key in servo.registers]).items():
             before = known.get(key)

@@ -3,10 +3,10 @@
 from collections.abc import Collection
 from typing import Annotated
 
-from fastapi import Depends, Path, Query
+from fastapi import Depends, Path, Query, Request
 from pydantic import Field, create_model
 
-from hornbill.api.dependencies import IfMatch, LeaseHeader, TheHost, TheServo
+from hornbill.api.dependencies import IfMatch, LeaseHeader, TheHost, TheServo, UidText, servo_of
 from hornbill.api.problems import problem
 from hornbill.api.routes.configuration import rows
 from hornbill.api.routes.configuration.rows import COMMAND_PROBLEMS, READ_PROBLEMS, WRITE_PROBLEMS, RowValue
@@ -124,9 +124,10 @@ def _any_row(made: Routes) -> None:
     """Generic routes of any row. Unknown keys and read-only rows result in problems, not in a bare 404 or 405."""
 
     async def the_row(
-        host: TheHost, servo: TheServo, key: Annotated[ParameterKey, Path(description="Parameter key.")]
+        request: Request, uid: UidText, key: Annotated[ParameterKey, Path(description="Parameter key.")]
     ) -> Parameter:
-        return host.changes.row(servo, key)
+        host: Host = request.app.state.host
+        return host.changes.row(await servo_of(request, uid), key)
 
     # A dependency, because the key is checked before the body.
     @made.get("/servos/{uid}/parameters/{key}", Role.VIEW, *READ_PROBLEMS, "unknown_parameter", "forbidden_parameter")
