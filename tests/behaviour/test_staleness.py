@@ -61,3 +61,22 @@ async def test_the_age_at_rest_is_that_of_the_last_status(rig: Rig, servo: Servo
     for _ in range(20):
         await asyncio.sleep(0.37)
         assert json(await rig.call("GET", f"/servos/{servo.uid}"))["age_s"] <= 0.11
+
+
+@scene(PLAIN)
+async def test_the_list_of_servos_is_as_fresh_as_each_servo(rig: Rig, servo: Servo) -> None:
+    async def compare(times: int) -> float:
+        age_s = 0.0
+        for _ in range(times):
+            (listed,) = json(await rig.call("GET", "/servos"))
+            assert listed == json(await rig.call("GET", f"/servos/{servo.uid}"))
+            age_s = listed["age_s"]
+            await asyncio.sleep(0.033)
+        return age_s
+
+    await compare(40)
+    await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "rudder"})
+    await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"smoothing": False}})
+    await compare(2)
+    await rig.cable.unplug()
+    assert await compare(150) > 4.0

@@ -67,6 +67,8 @@ class Access:
         self._used_stored_at = now()
         self._changed = False
         self._ends: dict[str, set[asyncio.Future[None]]] = {}
+        self.ended = 0
+        """Changes whenever a credential may have been revoked or logged out."""
         self.sessions = Sessions()
         self.tickets = Tickets()
         self.attempts = Attempts()
@@ -248,6 +250,7 @@ class Access:
         if self._given is not None:
             known[self._given.digest] = self._given
         self._tokens = known
+        self.ended += 1
         self._required = self._required or bool(known)
         for gone in before.keys() - known.keys():
             self._end(gone)
@@ -265,6 +268,7 @@ class Access:
                 session.used_at = now
 
     def _end(self, key: str) -> None:
+        self.ended += 1
         for one in self._ends.pop(key, ()):
             if not one.done():
                 one.set_result(None)

@@ -56,13 +56,15 @@ class Guard:
         if self._behind_proxy:
             apply_forwarded(scope)
         scope[ROW] = self._table.find(scope.get("method", "GET"), route_path(scope))
+        ended = self._access.ended
         try:
             who = self._admit(scope)
             check_query(scope[ROW], scope)
             if scope["type"] == "http":
                 body = await ready(scope, route_path(scope), receive)
-                if body is not receive:  # check again: the token may have been revoked while the body arrived
-                    who, receive = self._admit(scope), body
+                if self._access.ended != ended:  # check again: the token may have been revoked while the body arrived
+                    who = self._admit(scope)
+                receive = body
         except HornbillError as error:
             await _refuse(error, scope, receive, send)
             return

@@ -1,6 +1,7 @@
 """Host and origin check: a foreign page in the same browser must not move a servo."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from ipaddress import ip_address
 from typing import Final
 from urllib.parse import urlsplit
@@ -26,10 +27,14 @@ def local_policy(hosts: frozenset[str], *, addresses: bool = False) -> Policy:
     another site made them. Links to the page from other sites are accepted.
     """
 
+    @lru_cache(maxsize=64)
+    def allowed(host: str) -> bool:
+        name = _hostname(host)
+        return name in hosts or (addresses and name is not None and _is_address(name))
+
     def check(connection: HTTPConnection) -> ForbiddenOrigin | None:
         host = connection.headers.get("host", "")
-        name = _hostname(host)
-        if name not in hosts and not (addresses and name is not None and _is_address(name)):
+        if not allowed(host):
             known = ", ".join(sorted(hosts))
             return ForbiddenOrigin(
                 f"Host {host[:80]!r} is not allowed. Use {known}, or start the server with --allow-host NAME.",

@@ -2,12 +2,13 @@
 
 from typing import Annotated
 
-from fastapi import Query
+from fastapi import Query, Request
 from pydantic import Field
 from starlette.responses import Response
 
 from hornbill.api import present
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
+from hornbill.api.encoded_servos import encoded_servos
 from hornbill.api.paging import Every
 from hornbill.api.routes.server.jobs import Wait, job_response, preview_response, starts
 from hornbill.api.routing import Routes
@@ -43,22 +44,25 @@ SAVE_PROBLEMS = (
 )  # fmt: skip
 
 
-@routes.get("/servos", Role.VIEW, "invalid_value")
+@routes.get("/servos", Role.VIEW, "invalid_value", response_model=list[Servo])
 async def list_servos(
     host: TheHost,
     page: Every,
+    request: Request,
+    response: Response,
     node_id: Annotated[int | None, Query(description="Node ID, 1 to 127.")] = None,
     servo_id: Annotated[int | None, Query(description="Servo ID (0x45). 0 if never set.")] = None,
     label: Annotated[str | None, Query(description="Nickname.")] = None,
     serial: Annotated[
         str | None, Query(description="Serial number as printed on the servo, such as `61-466861`.")
     ] = None,
-) -> list[Servo]:
+) -> Response:
     """List the servos seen since the start. Filters are for lookup; a servo is identified by its unique ID."""
-    found = [present.servo(host, one) for one in host.fleet.all()]
-    wanted = {"node_id": node_id, "servo_id": servo_id, "label": label, "serial": serial}
-    found = [one for one in found if all(want is None or getattr(one, key) == want for key, want in wanted.items())]
-    return page.of(found, lambda one: one.uid)
+    given = {"node_id": node_id, "servo_id": servo_id, "label": label, "serial": serial}
+    wanted = {key: want for key, want in given.items() if want is not None}
+    found = [one for one in host.fleet.all() if all(getattr(one, key) == want for key, want in wanted.items())]
+    content = encoded_servos(request.app.state, host).array(page.of(found, lambda one: one.uid))
+    return Response(content, headers=dict(response.headers), media_type="application/json")
 
 
 @routes.get("/servos/{uid}", Role.VIEW, "unknown_servo")
