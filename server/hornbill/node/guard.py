@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 from hornbill.errors import BusReadOnly, ForbiddenParameter, OutOfRange
@@ -80,6 +81,7 @@ class GuardedPort(PortWrapper):
         self._allow_broadcast = allow_broadcast
         self._role = role
         self._partial: dict[int, _Partial] = {}
+        self._check_payload = lru_cache(maxsize=4096)(self._check_get_set)  # it depends on nothing else
 
     def listen(self, sink: FrameSink) -> None:
         """Received frames pass unchanged."""
@@ -149,7 +151,7 @@ class GuardedPort(PortWrapper):
             return
         payload = gathered if tail & START else gathered[2:]  # multi-frame transfers start with two bytes of CRC
         if is_get_set:
-            self._check_get_set(payload)
+            self._check_payload(payload)
         else:
             self._check_command(payload)
 

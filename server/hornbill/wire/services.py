@@ -3,6 +3,7 @@
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import lru_cache
 from typing import ClassVar, Final, Self
 
 from hornbill.wire.datatype import DataType, Kind
@@ -242,14 +243,12 @@ class GetSetRequest:
 
     def encode(self) -> bytes:
         """Two bytes, the value and the name. Raises ValueError for values out of range."""
-        index = fit("index", self.index, 0x1FFF)
-        # The five high bits of the index share a byte with the tag of the value.
-        value = encode_value(self.value, high=index >> 8 << 3)
-        return bytes((index & 0xFF,)) + value + text_bytes("name", self.name, _PARAMETER_NAME_BYTES)
+        return _get_set(self.index, self.value, self.name)
 
     def matches(self, response: "GetSetResponse") -> bool:
         """Whether a response has the requested name, or none, as in a refusal (table 2-16)."""
-        return not (self.name and response.name) or response.name.upper() == self.name.upper()
+        name, other = self.name, response.name
+        return name == other or not (name and other) or name.upper() == other.upper()
 
     @classmethod
     def decode(cls, payload: bytes) -> Self | None:
@@ -308,6 +307,15 @@ class GetSetResponse:
         if len(payload) - offset > _PARAMETER_NAME_BYTES:
             return None
         return cls(unions[0], unions[1], unions[2], unions[3], payload[offset:].decode("latin-1"))
+
+
+@lru_cache(maxsize=4096, typed=True)
+def _get_set(index: int, value: Value, name: str) -> bytes:
+    """Payload of a GetSetRequest. Cached: the same rows are read again and again."""
+    fit("index", index, 0x1FFF)
+    # The five high bits of the index share a byte with the tag of the value.
+    coded = encode_value(value, high=index >> 8 << 3)
+    return bytes((index & 0xFF,)) + coded + text_bytes("name", name, _PARAMETER_NAME_BYTES)
 
 
 def _argument_bytes(argument: int) -> bytes:
