@@ -1,14 +1,17 @@
 """Stop with twenty servos streaming, ten sockets and full reads: bus time until all have acknowledged, and real time
-from the last byte of the request to torque off coming out of the adapter."""
+from the last byte of the request to torque off coming out of the adapter, while every core is busy."""
 
 import asyncio
+import os
 import select
 import socket
 import statistics
 import subprocess
+import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -58,18 +61,31 @@ def _in_real_time() -> Iterator[dict[str, Any]]:
         server(STREAMING, device, folder) as (url, _),
     ):
         wait_until_ready(url, SERVOS)
-        with listeners(url, SOCKETS) as listeners_of:
+        with listeners(url, SOCKETS) as listeners_of, busy_cores():
             time.sleep(2.0)
             first, last = zip(*(one_stop(url, servos) for _ in range(STOPS)), strict=True)
             assert listeners_of.poll() is None, "who looks on has ended early"
     figures = {"stops": STOPS, "ms_median": statistics.median(first), "ms_p99": p99(first), "ms_max": max(first)}
     figures = {name: round(value, 2) for name, value in figures.items()}
     yield line(
-        "first torque off after a stop, 20 servos at 50 Hz, 10 sockets, full reads", figures, of="ms_p99", must=10
-    )
+        "first torque off after a stop, 20 servos at 50 Hz, 10 sockets, full reads, every core busy", figures,
+        of="ms_p99", must=10,
+    )  # fmt: skip
     figures = {"stops": STOPS, "ms_median": statistics.median(last), "ms_p99": p99(last), "ms_max": max(last)}
     figures = {name: round(value, 2) for name, value in figures.items()}
     yield line("all 20 reached by a stop, the same", figures, of="ms_p99", must=60)
+
+
+@contextmanager
+def busy_cores() -> Generator[None]:
+    """One process per core that computes without a pause, at normal priority, until the block ends."""
+    loops = [subprocess.Popen((sys.executable, "-c", "while True: pass")) for _ in range(os.cpu_count() or 1)]
+    try:
+        yield
+    finally:
+        for one in loops:
+            one.kill()
+            one.wait()
 
 
 def p99(values: Sequence[float]) -> float:
