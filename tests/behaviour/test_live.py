@@ -1,8 +1,10 @@
 """The WebSocket: what it publishes, what it accepts, and what happens when the page is closed."""
 
 import asyncio
+from collections import Counter
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -11,8 +13,12 @@ import pytest
 from behaviour.actions import torque, write
 from behaviour.rig import PLAIN, Rig, Socket, json
 from behaviour.scene import scene
+from hornbill.api import present
+from hornbill.api.live.event_log import REFRESHED_A_TIME
 from hornbill.api.live.socket_queue import SocketQueue
+from hornbill.domain.servo import Servo as ServoFacts
 from hornbill.servo.device.servo import Servo
+from hornbill.servo.host import Host
 from hornbill.sim.bench.recipe import Recipe
 
 
@@ -57,6 +63,39 @@ async def test_a_page_receives_hello_servos_telemetry_changes_and_errors(rig: Ri
             socket.send_raw(wrong)
             assert (await socket.receive("error"))["code"] == code
         assert rig.writes() == written
+
+
+@scene(*(replace(PLAIN, node_id=10 + n, servo_id=1 + n) for n in range(9)))
+async def test_the_refresh_of_servos_leaves_turns_of_the_loop_to_a_stop(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    servos = await rig.ready(9)
+    async with page(rig, "servos") as socket:
+        await asyncio.sleep(3)
+        encoded: list[tuple[object, str]] = []
+        turn: object = None
+        encode = present.servo
+
+        def spy(host: Host, one: Servo) -> ServoFacts:
+            nonlocal turn
+            if turn is None:
+                turn = object()
+                asyncio.get_running_loop().call_soon(end_turn)
+            encoded.append((turn, one.uid))
+            return encode(host, one)
+
+        def end_turn() -> None:
+            nonlocal turn
+            turn = None
+
+        monkeypatch.setattr(present, "servo", spy)
+        socket.received()
+        await asyncio.sleep(2)
+        assert max(Counter(turn for turn, _ in encoded).values()) <= REFRESHED_A_TIME
+        received = {
+            one["uid"] for message in socket.received() if message["type"] == "servos" for one in message["servos"]
+        }
+        assert received == {servo.uid for servo in servos}
 
 
 @scene()

@@ -45,8 +45,9 @@ REFRESH_S: Final = 1.0
 EVENTS_KEPT: Final = 200
 SERVOS_A_TIME: Final = 50
 READINGS_A_TIME: Final = 100
-"""Encoded per batch. When many servos change at once, the rest follows in later batches, so that the event loop stays
-responsive for motion and stop."""
+REFRESHED_A_TIME: Final = 4
+"""Encoded per batch; for the periodic refresh, per turn of the event loop. When many servos change at once, the rest
+follows in later batches, so that the event loop stays responsive for motion and stop."""
 
 ALWAYS: Final = "always"
 """Topic that every client receives: the stop latch and the lease."""
@@ -292,17 +293,25 @@ class EventLog:
     def _tick(self) -> None:
         """Every REFRESH_S: refresh the servos of sockets, and stop after LINGER_S without a client."""
         self._second = asyncio.get_running_loop().call_later(REFRESH_S, self._tick)
-        for cursor in self._cursors:
-            cursor.waiting.set()
-        if any(REFRESH in cursor.topics for cursor in self._cursors):
-            online = [one.uid for one in self.host.fleet.all() if one.online]
-            for entry in self._packed_servos(online):
-                self.changes().put(entry._replace(topic=REFRESH, key=f"refresh {entry.uid}"))
+        watched = any(REFRESH in cursor.topics for cursor in self._cursors)
+        self._refresh([one.uid for one in self.host.fleet.all() if one.online and watched])
         since = self._now() - LINGER_S
         if not self._cursors and self._left_at < since:
             self._suspend()
         elif self._sampled_at < since:
             self._stop_telemetry()
+
+    def _refresh(self, uids: list[Uid]) -> None:
+        """Encode a few of these servos again, and the rest in later turns of the event loop; then wake the clients."""
+        if not self.listening:
+            return
+        for entry in self._packed_servos(uids[:REFRESHED_A_TIME]):
+            self.changes().put(entry._replace(topic=REFRESH, key=f"refresh {entry.uid}"))
+        if rest := uids[REFRESHED_A_TIME:]:
+            asyncio.get_running_loop().call_soon(self._refresh, rest)
+            return
+        for cursor in self._cursors:
+            cursor.waiting.set()
 
     def _suspend(self) -> None:
         for timer in (self._batch, self._second):
