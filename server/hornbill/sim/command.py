@@ -246,9 +246,10 @@ class CommandInput:
             watched.append(("speed", address.COMMAND_SPEED, self.speed, low, high, side, _AT_SPEED))
             low, high, side = get(address.TORQUE_LIMIT_CCW), get(address.TORQUE_LIMIT_CW), motion.limited_torque * sign
             watched.append(("torque", address.COMMAND_TORQUE, self.torque, low, high, side, 0))
+        followed = self.kind if not self._holding and self.output == ON else None
         found: list[str] = []
         for name, at, present, low, high, side, near in watched:
-            wanted = self._active_command(at)
+            wanted = self._wanted(at) if at == followed else None
             if present >= high or (wanted is not None and wanted > high) or (side > 0 and present >= high - near):
                 found.append(f"{name}_limit_cw_reached")
             if present <= low or (wanted is not None and wanted < low) or (side < 0 and present <= low + near):
@@ -275,11 +276,8 @@ class CommandInput:
             )
         )
 
-    def _active_command(self, at: int) -> Raw | None:
-        """The command in register `at` if it is active and the motor follows it."""
-        return self._wanted(at) if at == self.kind and self.output == ON and not self._holding else None
-
     def _wanted(self, at: int) -> Raw:
+        """The command in register `at`, or the one that registers do not show."""
         return self._memory.get(at) if self._unshown is None else self._unshown
 
     def _angle_limits(self) -> tuple[Raw, Raw]:

@@ -97,8 +97,9 @@ class Memory:
 
     def get(self, at: int, absent: Raw = 0) -> Raw:
         """The effective value, during soft start its temporary one. `absent` if this firmware lacks the row."""
-        found = self._temporary.get(at)
-        return self._ram.get(at, absent) if found is None else found
+        if at in self._temporary:
+            return self._temporary[at]
+        return self._ram.get(at, absent)
 
     def own(self, at: int, absent: Raw = 0) -> Raw:
         """The value as written or loaded, regardless of soft start."""
