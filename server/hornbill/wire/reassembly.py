@@ -15,12 +15,11 @@ from hornbill.wire.types import BY_KEY
 
 log = logging.getLogger(__name__)
 
-_MAX_FRAMES: Final = 74
-"""More than the longest transfer of any known type has. Limits a transfer that never ends."""
+_MAX_TRANSFER_BYTES: Final = 512
+"""More than the longest transfer of any known type. Limits a transfer that never ends."""
 
 _MAX_ROUTES: Final = 8192
 _UNKNOWN_TYPE: Final = -1
-_FULL: Final = 8
 _SHORTEST_START: Final = 4  # two bytes of CRC, one of payload, the tail
 
 # Transfer(...) without its function call.
@@ -29,15 +28,8 @@ _new: Final = cast("Callable[[type[Transfer], tuple[object, ...]], Transfer]", t
 _Route: TypeAlias = tuple[Kind, int, int, int, int, int]
 """Kind, type id, source, destination, priority, CRC seed (or _UNKNOWN_TYPE) of one CAN identifier."""
 
-
-@dataclass(slots=True)
-class _Session:
-    """A transfer in progress: toggle and transfer ID expected next, time of the first frame, data of all frames."""
-
-    expected: int
-    started: Instant
-    frames: list[bytes]
-
+_Session: TypeAlias = tuple[int, Instant, bytes, bytes]
+"""Toggle and transfer ID expected next, time of the first frame, bytes so far, data of the last frame."""
 
 DropReason: TypeAlias = Literal[
     "bad_identifier",
@@ -151,14 +143,12 @@ class Reassembler:
         stamp = at = 0.0 if now is None else now
         for can_id, data, at in frames:
             at = at or stamp
-            try:
-                route = routes[can_id]
-            except KeyError:
-                route = self._learn(can_id)
+            route = routes[can_id] if can_id in routes else self._learn(can_id)
             if route is None or not data:
                 self._drop_frame(can_id, data, at)
                 continue
             tail = data[-1]
+            kind, type_id, source, destination, priority, seed = route
             if tail >= 0xC0:
                 if tail & TOGGLE:
                     self._drop("bad_toggle", can_id, data)
@@ -170,27 +160,26 @@ class Reassembler:
             else:
                 session = sessions.get(can_id)
                 if session is None:
-                    if route[5] != _UNKNOWN_TYPE:
+                    if seed != _UNKNOWN_TYPE:
                         self._drop("unexpected", can_id, data)
                     continue
-                if tail & 0x3F != session.expected or at - session.started > self._timeout:
+                expected, started, gathered, _ = session
+                if tail & 0x3F != expected or at - started > self._timeout:
                     self._break(can_id, session, data, at)
                     continue
-                gathered = session.frames
-                gathered.append(data)
+                gathered += data[:-1]
                 if tail < 0x40:
-                    session.expected ^= TOGGLE
-                    if len(gathered) > _MAX_FRAMES:
+                    if len(gathered) <= _MAX_TRANSFER_BYTES:
+                        sessions[can_id] = (expected ^ TOGGLE, started, gathered, data)
+                    else:
                         del sessions[can_id]
                         self._drop("too_long", can_id, data)
                     continue
                 del sessions[can_id]
-                whole = _without_tails(gathered)
-                payload = whole[2:]
-                if crc_hqx(payload, route[5]) != whole[0] | whole[1] << 8:
+                payload = gathered[2:]
+                if crc_hqx(payload, seed) != gathered[0] | gathered[1] << 8:
                     self._drop("bad_crc", can_id, data)
                     continue
-            kind, type_id, source, destination, priority, _ = route
             complete(new(Transfer, (kind, type_id, source, destination, priority, tail & 31, payload, at)))
         self.counters.frames += len(frames)
         self.counters.transfers += len(transfers)
@@ -220,7 +209,7 @@ class Reassembler:
         sessions = self._sessions
         before = sessions.pop(can_id, None)
         if before is not None:
-            self._drop("duplicates" if before.frames[-1] == data else "interrupted", can_id, data)
+            self._drop("duplicates" if before[3] == data else "interrupted", can_id, data)
         tail = data[-1]
         if tail & TOGGLE:
             self._drop("bad_toggle", can_id, data)
@@ -231,28 +220,29 @@ class Reassembler:
         else:
             if len(sessions) >= self._max_sessions:
                 oldest = next(iter(sessions))
-                self._drop("evicted", oldest, sessions.pop(oldest).frames[-1])
-            sessions[can_id] = _Session(tail & 31 | TOGGLE, at, [data])
+                self._drop("evicted", oldest, sessions.pop(oldest)[3])
+            sessions[can_id] = (tail & 31 | TOGGLE, at, data[:-1], data)
 
     def _break(self, can_id: int, session: _Session, data: bytes, at: Instant) -> None:
         """Handle an unexpected continuation frame: a repetition is ignored, any other ends the session."""
-        if at - session.started > self._timeout:
+        expected, started, _, last = session
+        if at - started > self._timeout:
             reason = "timed_out"
-        elif data == session.frames[-1]:
+        elif data == last:
             # A sender that missed the acknowledgement repeats its frame. The toggle bit reveals it.
             self._drop("duplicates", can_id, data)
             return
         else:
-            reason = "interrupted" if (data[-1] ^ session.expected) & 31 else "bad_toggle"
+            reason = "interrupted" if (data[-1] ^ expected) & 31 else "bad_toggle"
         del self._sessions[can_id]
         self._drop(reason, can_id, data)
 
     def _sweep(self, at: Instant) -> None:
         """Discard timed out transfers."""
         self._swept = at
-        late = [can_id for can_id, session in self._sessions.items() if at - session.started > self._timeout]
+        late = [can_id for can_id, session in self._sessions.items() if at - session[1] > self._timeout]
         for can_id in late:
-            self._drop("timed_out", can_id, self._sessions.pop(can_id).frames[-1])
+            self._drop("timed_out", can_id, self._sessions.pop(can_id)[3])
 
     def _drop_frame(self, can_id: int, data: bytes, at: Instant) -> None:
         """Count a frame without a route or a tail byte."""
@@ -271,12 +261,3 @@ class Reassembler:
             self._on_drop(reason, can_id, data)
         if log.isEnabledFor(logging.DEBUG):
             log.debug("dropped (%s): %08x %s", reason, can_id, data.hex())
-
-
-def _without_tails(frames: list[bytes]) -> bytes:
-    """The bytes of all frames without their tail bytes."""
-    whole = bytearray().join(frames)
-    if len(whole) - len(frames[-1]) == _FULL * (len(frames) - 1):
-        del whole[-1], whole[_FULL - 1 :: _FULL]
-        return bytes(whole)
-    return b"".join([data[:-1] for data in frames])  # a frame before the last is not full
