@@ -13,6 +13,7 @@ from starlette.requests import HTTPConnection
 
 from hornbill import __version__, resources
 from hornbill.api.http import create_api
+from hornbill.api.live.event_log import is_followed
 from hornbill.api.security.access import Access
 from hornbill.api.security.origin import Policy, local_policy
 from hornbill.app.bus_ports import EMBEDDED, BusPorts, StoredBauds, places, with_frame_gap
@@ -104,7 +105,10 @@ def build(
             )  # fmt: skip
             host = Host(
                 catalog, store, ports.open,
-                replace(_host_settings(settings, store, url), data_folder=folder, view_error=view_error),
+                replace(
+                    _host_settings(settings, store, url), data_folder=folder, view_error=view_error,
+                    watched=partial(is_followed, app.state),
+                ),
                 before_join=partial(_one_bus, chosen),
                 wall=utc,
             )  # fmt: skip

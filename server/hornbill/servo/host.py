@@ -139,7 +139,8 @@ class HostSettings:
     `allocator`: its mode, None for the last used. `position_unit`: forced for all servos without their own setting.
     `poll_budget`: share of the bus available to polling, 0 to 1. `telemetry_minutes`: retention per channel.
     `compute` runs long computations. `data_folder`: folder whose disk is watched. `view_error` returns why the 3D
-    view does not run, None if it does; without it the view is disabled.
+    view does not run, None if it does; without it the view is disabled. `watched` returns whether a client follows
+    the servos; if none does and nobody has motion control, polling slows down.
     `url`: address of its page, None if unknown.
     """
 
@@ -153,6 +154,7 @@ class HostSettings:
     compute: Compute = inline
     data_folder: Path | None = None
     view_error: Callable[[], str | None] | None = None
+    watched: Callable[[], bool] = lambda: True
     url: str | None = None
 
 
@@ -310,7 +312,7 @@ class Host:
         self.sides = Sides(catalog, self.fleet, store, self.profiles)
         self.restoring = Restoring(self.requests, self.changes)
         self.watch = BusWatch(self.hub, self.base, self.fleet, self.motion, self._bus_back)
-        self.polling = Polling(self.requests, self.base, settings.poll_budget, LineBudget(self._port))
+        self.polling = Polling(self.requests, self.base, settings.poll_budget, LineBudget(self._port), self._watched)
         self.activities = Activities(self.hub, self.base, self.polling, self.fleet.find, self.motion.is_commanded)
         self.doctor = Doctor(
             self.base.now, self.fleet.all,
@@ -504,6 +506,9 @@ class Host:
 
     def _resume_plan(self, job: RunningJob) -> Work:
         return self.plan_jobs.resumer(job)
+
+    def _watched(self) -> bool:
+        return self._settings.watched() or bool(self.leases.valid(self.base.now()))
 
     def _under_command(self) -> set[Uid]:
         return self.motion.own()

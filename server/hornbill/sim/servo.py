@@ -243,6 +243,15 @@ class SimulatedServo:
             due = link
         return broadcast if broadcast < due else due
 
+    def next_message(self) -> Instant:
+        """Time of the next frame it sends on its own. What happens before may be simulated then, as of its own time.
+
+        While it does not run, the time of the next required `advance`.
+        """
+        if self._device.stage is not ServoStage.RUNNING:
+            return self._device.due
+        return min(self._link.due, self._broadcast.due)
+
     def advance(self, now: Instant) -> None:
         """Simulate up to `now`."""
         while (at := self.next_due()) <= now:

@@ -77,9 +77,19 @@ def _header(identifier: int, length: int) -> tuple[int, int, int]:
 
 
 @lru_cache(maxsize=4096)
+def _until_tail(identifier: int, length: int, payload: bytes) -> tuple[int, int, int]:
+    """The same after the bytes before the last one. A message that repeats differs only in that: its transfer ID."""
+    crc, state, count = _header(identifier, length)
+    for byte in payload:
+        crc = _CRC[crc >> 7 ^ byte] ^ (crc << 8 & 0x7FFF)
+        added, state = _STUFFED_8[state | byte]
+        count += added
+    return crc, state, count
+
+
 def _bits(identifier: int, data: bytes) -> int:
-    crc, state, count = _header(identifier, len(data))
-    for byte in data:
+    crc, state, count = _until_tail(identifier, len(data), data[:-1])
+    for byte in data[-1:]:
         crc = _CRC[crc >> 7 ^ byte] ^ (crc << 8 & 0x7FFF)
         added, state = _STUFFED_8[state | byte]
         count += added

@@ -52,12 +52,15 @@ def ready(number: int) -> Servo:
     return servo
 
 
-def play(act: Callable[[Polling, Reads], Awaitable[T]], overview: Raw = 0, budget: float = BUDGET) -> T:
+def play(
+    act: Callable[[Polling, Reads], Awaitable[T]], overview: Raw = 0, budget: float = BUDGET, *, watched: bool = True
+) -> T:
     """The result of `act` with a Polling on a jumping clock."""
 
     async def scene() -> T:
         reads = Reads(overview)
-        polling = Polling(cast(ServoRequests, reads), TimeBase(asyncio.get_running_loop().time), budget)
+        base = TimeBase(asyncio.get_running_loop().time)
+        polling = Polling(cast(ServoRequests, reads), base, budget, watched=lambda: watched)
         found = await act(polling, reads)
         await polling.close()
         return found
@@ -66,7 +69,7 @@ def play(act: Callable[[Polling, Reads], Awaitable[T]], overview: Raw = 0, budge
 
 
 @cache
-def polled(count: int, seconds: float, overview: Raw = 0) -> list[tuple[float, Uid, str]]:
+def polled(count: int, seconds: float, overview: Raw = 0, *, watched: bool = True) -> list[tuple[float, Uid, str]]:
     """The reads of that many servos after they have settled."""
 
     async def act(polling: Polling, reads: Reads) -> list[tuple[float, Uid, str]]:
@@ -78,7 +81,7 @@ def polled(count: int, seconds: float, overview: Raw = 0) -> list[tuple[float, U
         await asyncio.sleep(seconds)
         return reads.done
 
-    return play(act, overview)
+    return play(act, overview, watched=watched)
 
 
 def test_few_servos_are_polled_at_the_configured_rates() -> None:
@@ -93,10 +96,14 @@ def test_polling_of_a_crowd_stays_within_the_background_budget() -> None:
     assert len(done) * READ_S / 80.0 <= BACKGROUND * BUDGET * 1.05
 
 
-@pytest.mark.parametrize(("count", "overview"), [(16, 0), (125, 1 << 16)])
-def test_every_row_is_polled_before_its_reading_is_stale(count: int, overview: Raw) -> None:
+def test_servos_that_nobody_watches_are_polled_half_as_often() -> None:
+    assert len(polled(6, 20.0, watched=False)) == pytest.approx(len(polled(6, 20.0)) / 2, rel=0.1)
+
+
+@pytest.mark.parametrize(("count", "overview", "watched"), [(16, 0, True), (125, 1 << 16, True), (6, 1 << 16, False)])
+def test_every_row_is_polled_before_its_reading_is_stale(count: int, overview: Raw, watched: bool) -> None:
     last: dict[tuple[Uid, str], float] = {}
-    for at, uid, key in polled(count, 20.0, overview):
+    for at, uid, key in polled(count, 20.0, overview, watched=watched):
         limit = LIVE_PERIOD_S.get(CATALOG.by_key[key].group, 2.5)
         assert at - last.get((uid, key), at) < limit - 0.1, key
         last[uid, key] = at

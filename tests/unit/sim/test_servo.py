@@ -1,8 +1,12 @@
 """A simulated servo as a function of frames and time: reproducible, and unaffected by reading."""
 
+from collections.abc import Callable
+
 import pytest
 
+from hornbill.domain.plant import PlantConstants
 from hornbill.sim.bench.recipe import Recipe
+from hornbill.sim.servo import SimulatedServo
 from unit.sim.desk import FREE, QUIET, START, Desk, catalog
 
 
@@ -41,6 +45,21 @@ def test_next_due_is_the_next_transmission_or_never_without_supply() -> None:
     desk.servo.power_off(desk.now)
     desk.wait(0.1)
     assert desk.servo.next_due() == float("inf")
+
+
+def test_a_servo_that_is_advanced_for_its_messages_only_sends_the_same() -> None:
+    def sent(due: Callable[[SimulatedServo], float]) -> list[tuple[float, bytes]]:
+        desk = Desk(rom=FREE)
+        desk.servo.conditions.plant = PlantConstants(sensor_noise_deg=0.1)
+        desk.write("0x00", 1_200)
+        servo, frames, end = desk.servo, list[tuple[float, bytes]](), desk.now + 3.0
+        while (at := due(servo)) <= end:
+            servo.advance(at)
+            frames += [(at, frame.data) for frame in servo.take_outbox()]
+        return frames
+
+    assert len(sent(SimulatedServo.next_message)) > 30
+    assert sent(SimulatedServo.next_message) == sent(SimulatedServo.next_due)
 
 
 def test_a_late_advance_catches_up_without_a_burst() -> None:

@@ -366,6 +366,12 @@ def log_of(state: Any, host: Host) -> EventLog:
     return found
 
 
+def is_followed(state: Any) -> bool:
+    """Whether an application has a client with a live stream, or had one LINGER_S ago."""
+    log: EventLog | None = getattr(state, "event_log", None)
+    return log is not None and log.listening
+
+
 def _job(job: RunningJob) -> LogEntry:
     return LogEntry("jobs", "job", None, f'"job":{present.job(job).model_dump_json()}', f"job {job.id}")
 

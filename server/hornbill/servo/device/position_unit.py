@@ -182,7 +182,9 @@ class PositionUnits:
         """Read 0x08 between this Status and the next, unless it was read recently or the servo is busy."""
         if self._requests.silent:
             return
-        reads, now = self._reads.setdefault(servo.uid, _Reads()), self._base.now()
+        reads, now = self._reads.get(servo.uid), self._base.now()
+        if reads is None:
+            reads = self._reads[servo.uid] = _Reads()
         if now < reads.next_at or reads.task is not None or servo.state not in READABLE or servo.changing.locked():
             return
         reads.next_at = now + (FAST_S if reads.left > 0 else ANGLE_UNKNOWN_S if angle_unknown else SLOW_S)

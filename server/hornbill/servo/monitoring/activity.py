@@ -210,12 +210,15 @@ class Activities:
         while t - angles[0][0] > STEADY_S:
             angles.popleft()
         span, new = _range(angles), t - watch.commanded_at < STEADY_S
+        at_rest = not watch.moving and watch.doing == "holding"
         if watch.moving:
             watch.moving = span > STEADY_DEG or (new and span >= FOLLOWS_DEG)
         else:
             watch.moving = span >= STARTS_DEG or (new and span >= FOLLOWS_DEG)
         if watch.moving:
             watch.near, watch.near_since = False, None
+        if at_rest and not watch.moving and not watch.alarms and not watch.oscillation.suspected:
+            return  # still holding: anything else that could change this is published
         self._judge(watch, t)
         if watch.doing == "moving" and watch.oscillation.suspected:
             self._poll_fast(watch, t, "current_angle")
@@ -247,7 +250,7 @@ class Activities:
 
     def _on_reading(self, change: ReadingChanged) -> None:
         watch = self._watches.get(change.uid)
-        if watch is not None and (change.key == "torque_mode" or change.key in COMMANDS):
+        if watch is not None and (change.key in ("torque_mode", MODE) or change.key in COMMANDS):
             self._judge(watch, self._base.now())
 
     def _watch(self, servo: Servo) -> _Watch:

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from hornbill.domain.note import Note
@@ -72,13 +73,22 @@ class Polling:
     """
 
     def __init__(
-        self, requests: ServoRequests, base: TimeBase, budget: float = BUDGET, line: LineBudget | None = None
+        self,
+        requests: ServoRequests,
+        base: TimeBase,
+        budget: float = BUDGET,
+        line: LineBudget | None = None,
+        watched: Callable[[], bool] = lambda: True,
     ) -> None:
-        """`budget`: share of the bus, and of a serial adapter's line, available to all polling, 0..1."""
+        """`budget`: share of the bus, and of a serial adapter's line, available to all polling, 0..1.
+
+        While nobody has `watched` the servos, background polling is slowed down by STRETCH: readings stay fresh.
+        """
         self.budget = budget
         self._line = line or LineBudget(lambda: None)
         self._reads = 0
         self._requests = requests
+        self._watched = watched
         self._base = base
         self._rounds: dict[Uid, _Round] = {}
         self._schedule_at: Instant = 0.0
@@ -219,7 +229,7 @@ class Polling:
         active = [one for one in self._rounds.values() if one.active]
         always = sum(1 / period for one in active for period in self._background(one.servo).values())
         capacity = self._capacity(now)
-        gently = min(STRETCH, max(1.0, always / (capacity * BACKGROUND)))
+        gently = min(STRETCH, max(1.0, always / (capacity * BACKGROUND))) if self._watched() else STRETCH
         self._stretch = max(gently, always / (capacity * MAX_BACKGROUND))
         requested_hz = sum(one.subscriptions.total_hz for one in active)
         left = capacity - always / self._stretch

@@ -148,7 +148,7 @@ class Bench:
 
 
 class _Driver:
-    """One servo, its port, and the timer for its next event."""
+    """One servo, its port, and the timer for its next message: only that is visible to others."""
 
     def __init__(self, servo: SimulatedServo, name: str, story: str) -> None:
         self.servo = servo
@@ -179,7 +179,7 @@ class _Driver:
             await port.close()
 
     def process(self, now: Instant) -> None:
-        """Send the frames of the servo, and set the timer for its next event. It may fire too early, never late."""
+        """Send the frames of the servo, and set the timer for its next one. It may fire too early, never late."""
         port, loop = self._port, self._loop
         if port is None or loop is None:
             return
@@ -189,7 +189,7 @@ class _Driver:
                 port.send(frames)
             except BusDisconnected as error:
                 log.debug("%s could not send: %s", self._name, error.detail)
-        due = self.servo.next_due()
+        due = self.servo.next_message()
         if self._timer is not None:
             if self._timer.when() <= due:
                 return
