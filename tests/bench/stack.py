@@ -108,28 +108,29 @@ def decoding() -> dict[str, Any]:
 
     part = mix[: len(mix) // PEER_SHARE]
     raw = [CANFrame(frame.id, frame.data, True, ts_monotonic=frame.at, ts_real=frame.at) for frame in part]
-    theirs_took: list[object] = []
+    figures = compare_with_peer(ours, lambda: decode_with_peer(raw), scale=len(mix) / len(part), rounds=ROUNDS)
+    figures |= {"frames": len(mix), "frames_per_s": round(len(mix) / figures["ours_s"])}
+    return line("decode saturated mix", figures, must=15, aim=25, peer=PYDRONECAN)
+
+
+def decode_with_peer(frames: list[Any]) -> None:
+    """Decode CANFrames with pydronecan."""
+    took: list[object] = []
 
     def receive(event: Any) -> None:
-        theirs_took.append(event.message)
+        took.append(event.message)
 
     def hook(transfer: Any) -> None:
         if transfer.service_not_message:
-            theirs_took.append(transfer.payload)
+            took.append(transfer.payload)
 
-    def theirs() -> None:
-        node: Any = Node(_Driver(), node_id=HOST)
-        theirs_took.clear()
-        node.add_handler(_peer.uavcan.equipment.actuator.Status, receive)
-        node.add_handler(_peer.uavcan.protocol.NodeStatus, receive)
-        node.add_transfer_hook(hook)
-        for frame in raw:
-            node._recv_frame(frame)
-        assert len(theirs_took) > 0.3 * len(raw)
-
-    figures = compare_with_peer(ours, theirs, scale=len(mix) / len(part), rounds=ROUNDS)
-    figures |= {"frames": len(mix), "frames_per_s": round(len(mix) / figures["ours_s"])}
-    return line("decode saturated mix", figures, must=15, aim=25, peer=PYDRONECAN)
+    node: Any = Node(_Driver(), node_id=HOST)
+    node.add_handler(_peer.uavcan.equipment.actuator.Status, receive)
+    node.add_handler(_peer.uavcan.protocol.NodeStatus, receive)
+    node.add_transfer_hook(hook)
+    for frame in frames:
+        node._recv_frame(frame)
+    assert len(took) > 0.3 * len(frames)
 
 
 def encoding() -> dict[str, Any]:
