@@ -67,6 +67,7 @@ def create_api(
     """
     access = access or Access()
     measures = Measures()
+    stop.routes.build()
     table = table_of(catalog, page_folder, docs_folder, mounted)
     app = FastAPI(
         title="hornbill",

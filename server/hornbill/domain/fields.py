@@ -53,7 +53,7 @@ ConfirmCode = TypeAliasType("ConfirmCode", Literal[_Safety, _Motion])
 """All confirmation codes. A separate type in the OpenAPI document."""
 Confirmed = Annotated[list[ConfirmCode], Field(description=_CONFIRM)]
 
-STRICT = ConfigDict(extra="forbid", json_schema_serialization_defaults_required=True)
+STRICT = ConfigDict(extra="forbid", json_schema_serialization_defaults_required=True, defer_build=True)
 """Configuration of dataclasses: no undeclared fields, in the schema either; responses contain all fields."""
 
 

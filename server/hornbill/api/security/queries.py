@@ -14,8 +14,8 @@ from hornbill.errors import InvalidValue
 
 def check_query(row: RouteRole | None, scope: Scope) -> None:
     """Refuse query parameters that the route does not declare, and repeated ones. Raises InvalidValue."""
-    known = None if row is None else row.query
-    if not scope["query_string"] or known is None:
+    known = row.query if row is not None and scope["query_string"] else None
+    if known is None:
         return
     pairs = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
     for name, times in Counter(name for name, _ in pairs).items():

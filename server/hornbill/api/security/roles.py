@@ -52,8 +52,11 @@ class RouteRole(NamedTuple):
 
     route: Route | WebSocketRoute
     least: int
-    query: frozenset[str] | None = None
-    """Names of its query parameters. None if any are accepted: files of the page, sockets."""
+
+    @property
+    def query(self) -> frozenset[str] | None:
+        """Names of its query parameters. None if any are accepted: files of the page, sockets."""
+        return getattr(self.route, "query", None)
 
 
 class RouteTable:

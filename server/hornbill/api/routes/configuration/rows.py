@@ -81,7 +81,7 @@ def _declare(made: Routes, catalog: Catalog, row: Parameter) -> None:
     ) -> None: ...
 
     shown = {"default": {"summary": "default", "value": {"value": example(catalog, row)}}}
-    extra |= {"requestBody": {"content": {"application/json": {"examples": shown}}}}
+    extra = {**extra, "requestBody": {"content": {"application/json": {"examples": shown}}}}
     summary = {"operation_id": f"set_{row.key}", "summary": f"Set {_within_sentence(row.label)}"}
     make = made.put(path, Role.CONFIGURE, *WRITE_PROBLEMS, *COMMAND_PROBLEMS, **both, **summary, openapi_extra=extra)
     make(put)  # pyright: ignore[reportUnknownArgumentType]

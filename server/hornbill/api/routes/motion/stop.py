@@ -1,9 +1,9 @@
 """Routes of stop: stop, state and clear, none of which requires a lease; and restoring outputs."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from fastapi import Query
-from pydantic import Field
+from pydantic import ConfigDict, Field
 from starlette.responses import Response
 
 from hornbill.api import present
@@ -37,6 +37,8 @@ class OutputRestore(Model):
 
 class StopRequest(Model):
     """Options of a stop."""
+
+    model_config: ClassVar[ConfigDict] = {**Model.model_config, "defer_build": False}  # a stop waits for nothing
 
     mode: StopMode = Field(default="off", description="Torque off or brake.")
     reason: Short = Field(default="", description="Reason, shown to users. At most 200 characters are stored.")
