@@ -1,7 +1,7 @@
 """docs/reference/fidelity.md: what the simulated servo does, row by row, and the tests that prove it.
 
 `python tests/fidelity.py` writes it from fidelity.toml beside it, from the markers `states` and `switch` of the
-tests, and from the switches of hornbill.sim.behaviour. Everything is read as source: no test is imported.
+tests, which are read as source, and from the switches of hornbill.sim.behaviour.
 """
 
 import ast
@@ -9,14 +9,17 @@ import tomllib
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from pathlib import Path
+from typing import Any, cast, get_args, get_type_hints
+
+from pydantic.fields import FieldInfo
+
+from hornbill.sim.behaviour import Behaviour
 
 TESTS = Path(__file__).parent
 ROOT = TESTS.parent
 TABLE = ROOT / "docs" / "reference" / "fidelity.toml"
 PAGE = TABLE.with_suffix(".md")
-BEHAVIOUR = ROOT / "server" / "hornbill" / "sim" / "behaviour.py"
 
 _HEAD = """\
 <!-- Written by `make generate` from fidelity.toml, the tests and hornbill/sim/behaviour.py. Do not edit. -->
@@ -99,28 +102,16 @@ def proofs(folder: Path = TESTS) -> list[Proof]:
     return [proof for path in sorted(folder.rglob("test_*.py")) for proof in _marked(path)]
 
 
-def switches(path: Path = BEHAVIOUR) -> list[Switch]:
-    """The fields of Behaviour, with the docstring under each."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    aliases = {
-        node.target.id: node.value
-        for node in tree.body
-        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and node.value is not None
-    }
-    (body,) = [node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "Behaviour"]
-    found: list[Switch] = []
-    for node, following in pairwise(body):
-        if not isinstance(node, ast.AnnAssign) or not isinstance(node.target, ast.Name) or node.value is None:
-            continue
-        default = ast.literal_eval(node.value)
-        annotation = node.annotation
-        if isinstance(annotation, ast.Name):
-            annotation = aliases.get(annotation.id, annotation)
-        settings = _literals(annotation) if isinstance(annotation, ast.Subscript) else [True, False]
-        ordered = sorted(settings, key=lambda setting, default=default: setting != default)
-        reason = _text(following) if isinstance(following, ast.Expr) else ""
-        found.append(Switch(node.target.id, tuple(str(each).lower() for each in ordered), reason))
-    return found
+def switches() -> list[Switch]:
+    """The fields of Behaviour, with the description of each."""
+    annotations = get_type_hints(Behaviour)
+    fields = cast("dict[str, FieldInfo]", vars(Behaviour)["__pydantic_fields__"])
+    return [_switch(name, annotations[name], one) for name, one in fields.items()]
+
+
+def _switch(name: str, annotation: Any, of: FieldInfo) -> Switch:
+    settings = sorted(get_args(annotation) or (True, False), key=lambda setting: setting != of.default)
+    return Switch(name, tuple(str(each).lower() for each in settings), of.description or "")
 
 
 def page(shown: Table, marked: Sequence[Proof], known: Sequence[Switch]) -> str:
@@ -171,15 +162,6 @@ def _marked(path: Path) -> Iterator[Proof]:
 def _arguments(marks: Sequence[ast.expr], marker: str) -> tuple[str, ...]:
     calls = [mark for mark in marks if isinstance(mark, ast.Call) and ast.unparse(mark.func) == f"pytest.mark.{marker}"]
     return tuple(ast.literal_eval(argument) for call in calls for argument in call.args)
-
-
-def _literals(annotation: ast.Subscript) -> list[object]:
-    inside = annotation.slice
-    return [ast.literal_eval(each) for each in (inside.elts if isinstance(inside, ast.Tuple) else [inside])]
-
-
-def _text(node: ast.Expr) -> str:
-    return " ".join(ast.literal_eval(node.value).split())
 
 
 def _code(name: str) -> str:
