@@ -39,10 +39,13 @@ def _starting() -> Iterator[dict[str, Any]]:
     ready: list[float] = []
     cpu: list[float] = []
     libraries: list[float] = []
+    libraries_s: list[float] = []
     memory: list[float] = []
     memory_3d: list[float] = []
     for _ in range(ROUNDS):
+        began = time.monotonic()
         libraries.append(_cpu_s("-c", f"import {LIBRARIES}"))
+        libraries_s.append(time.monotonic() - began)
         began = time.monotonic()
         with running_demo("--servos", "6") as (process, url):
             httpx.get(url + "api/v1/health").raise_for_status()
@@ -60,9 +63,10 @@ def _starting() -> Iterator[dict[str, Any]]:
         "times": round(min(cpu) / min(libraries), 2), "cpu_s": round(min(cpu), 2), "libraries_cpu_s": min(libraries),
         "s_median": round(statistics.median(http), 2),
     }  # fmt: skip
-    yield line("demo responds over HTTP", figures, of="times", must=2.7, aim=1.5, peer=f"import {LIBRARIES}")
-    figures = {"s_median": round(statistics.median(ready), 2)}
-    yield line("demo has six readable servos", figures, of="s_median", must=12.0)
+    yield line("demo responds over HTTP", figures, of="times", must=2.4, aim=1.5, peer=f"import {LIBRARIES}")
+    theirs = min(libraries_s)
+    figures = {"times": round(min(ready) / theirs, 1), "s": round(min(ready), 2), "libraries_s": round(theirs, 2)}
+    yield line("demo has six readable servos", figures, of="times", must=9.0, peer=f"import {LIBRARIES}")
     yield line("memory of the demo", {"mib_max": round(max(memory))}, of="mib_max", must=125, aim=75)
     yield line(
         "memory of the demo with the 3D view", {"mib_max": round(max(memory_3d))}, of="mib_max", must=150, aim=120
