@@ -4181,21 +4181,17 @@ export interface components {
              */
             array_command_feeds_timeout?: boolean;
             /**
-             * @description Whether a servo with servo ID 0, the factory setting, follows ArrayCommand entries for 0. The document specifies
-             *     1 to 254 for senders; Futaba's program copies the ID from Status, and moves new servos with it.
+             * @description Whether a servo with servo ID 0, the factory setting, follows ArrayCommand entries for 0. The document specifies 1 to 254 for senders; Futaba's program copies the ID from Status, and moves new servos with it.
              * @default true
              */
             array_command_id_0?: boolean;
             /**
-             * @description Whether 0x00 to 0x02 read the values of an ArrayCommand. Chapter 4 describes no command outside these registers,
-             *     so the message should be stored there; firmware may also store it separately, and then they read the last value
-             *     written by GetSet.
+             * @description Whether 0x00 to 0x02 read the values of an ArrayCommand. Chapter 4 describes no command outside these registers, so the message should be stored there; firmware may also store it separately, and then they read the last value written by GetSet.
              * @default true
              */
             array_command_shows?: boolean;
             /**
-             * @description Whether firmware without 0x25 (1.010) always has speed and torque control on. Futaba's program commanded speed
-             *     and torque before 0x25 was added in 1.100.
+             * @description Whether firmware without 0x25 (1.010) always has speed and torque control on. Futaba's program commanded speed and torque before 0x25 was added in 1.100.
              * @default true
              */
             cascade_without_switch?: boolean;
@@ -4205,33 +4201,28 @@ export interface components {
              */
             erase_keeps_identity?: boolean;
             /**
-             * @description Whether ERASE also resets ROM. Table 2-12 says "at once" but not where; chapter 3 says ROM; for the same reset,
-             *     4.9 says that 0x12 must follow.
+             * @description Whether ERASE also resets ROM. Table 2-12 says "at once" but not where; chapter 3 says ROM; for the same reset, 4.9 says that 0x12 must follow.
              * @default false
              */
             erase_rom?: boolean;
             /**
-             * @description Whether failure bits remain set until the next start. 4.12 says that some bits remain until power-off, but names
-             *     only those of its note 2.
+             * @description Whether failure bits remain set until the next start. 4.12 says that some bits remain until power-off, but names only those of its note 2.
              * @default false
              */
             failures_latch?: boolean;
             /**
-             * @description Whether a notification sets the health in NodeStatus to WARNING. The document mentions only warnings; Futaba's
-             *     manuals show a yellow indicator in their program for notifications, too.
+             * @description Whether a notification sets the health in NodeStatus to WARNING. The document mentions only warnings; Futaba's manuals show a yellow indicator in their program for notifications, too.
              * @default false
              */
             health_of_notifications?: boolean;
             /**
-             * @description Response of a row that was added by a later firmware. Futaba's program requests it regardless of 0x52, like the
-             *     PWM rows.
+             * @description Response of a row that was added by a later firmware. Futaba's program requests it regardless of 0x52, like the PWM rows.
              * @default zero
              * @enum {string}
              */
             later_rows?: "zero" | "empty" | "silent";
             /**
-             * @description Whether 0x38 and 0x39 are relative to the origin of 0x44. 4.31 gives them in the same degrees as the command, and
-             *     4.36 moves the zero of those; otherwise they remain at the same position of the horn.
+             * @description Whether 0x38 and 0x39 are relative to the origin of 0x44. 4.31 gives them in the same degrees as the command, and 4.36 moves the zero of those; otherwise they remain at the same position of the horn.
              * @default true
              */
             limits_follow_origin?: boolean;
@@ -4241,30 +4232,25 @@ export interface components {
              */
             lower_case_names?: boolean;
             /**
-             * @description Handling of a GetSet write outside the row's range. The document distinguishes successful and failed requests
-             *     (table 2-16) and does not mention modified values, so the literal interpretation is that such a write fails.
-             *     The public type allows a server to clamp. Values in ArrayCommand are handled alike: ignored or clamped.
+             * @description Handling of a GetSet write outside the row's range. The document distinguishes successful and failed requests (table 2-16) and does not mention modified values, so the literal interpretation is that such a write fails. The public type allows a server to clamp. Values in ArrayCommand are handled alike: ignored or clamped.
              * @default refuse
              * @enum {string}
              */
             out_of_range?: "refuse" | "clamp";
             /**
-             * @description Meaning of position 1.0 on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°, and
-             *     Futaba's program sends and displays 100° per unit.
+             * @description Meaning of position 1.0 on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°, and Futaba's program sends and displays 100° per unit.
              * @default hundred_degrees
              * @enum {string}
              */
             position_unit?: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
             /**
-             * @description Response of 0x34 to 0x37 on a model without PWM input, where section 3.1 prints 0/0/0. Futaba's program requests
-             *     them on every model and waits indefinitely for a register without a response.
+             * @description Response of 0x34 to 0x37 on a model without PWM input, where section 3.1 prints 0/0/0. Futaba's program requests them on every model and waits indefinitely for a register without a response.
              * @default zero
              * @enum {string}
              */
             pwm_rows?: "zero" | "empty" | "silent";
             /**
-             * @description Response of a reserved register. The list gives it the default 0 but no access. A write has no effect in
-             *     either case.
+             * @description Response of a reserved register. The list gives it the default 0 but no access. A write has no effect in either case.
              * @default empty
              * @enum {string}
              */
@@ -4275,24 +4261,19 @@ export interface components {
              */
             save_opcode_restarts?: boolean;
             /**
-             * @description What 0x25 and 0x3A to 0x3D read (and a ROM write stores) during soft start. 4.14 says these parameters are
-             *     changed temporarily and restored afterwards.
+             * @description What 0x25 and 0x3A to 0x3D read (and a ROM write stores) during soft start. 4.14 says these parameters are changed temporarily and restored afterwards.
              * @default temporary
              * @enum {string}
              */
             soft_start_shows?: "temporary" | "stored";
             /**
-             * @description Whether the action of 0x26 also replaces OFF or BRAKE in 0x20, so that a brake is released after 0x27. 4.19 names
-             *     no exception and counts 0x20 among the commands; but 4.13 says in the same words that OFF remains whatever is
-             *     commanded, and a timeout that brakes or frees a motor without output protects nothing.
+             * @description Whether the action of 0x26 also replaces OFF or BRAKE in 0x20, so that a brake is released after 0x27. 4.19 names no exception and counts 0x20 among the commands; but 4.13 says in the same words that OFF remains whatever is commanded, and a timeout that brakes or frees a motor without output protects nothing.
              * @default output_on
              * @enum {string}
              */
             timeout_changes?: "output_on" | "any_output";
             /**
-             * @description When the timeout of 0x27 starts. 4.14 lists the timeout among the events that end soft start, but every command
-             *     ends it, too: so the timeout must run without a command, from power-on. With factory settings, a servo without
-             *     commands turns torque off after 1,000 ms. 4.19 alone could mean that it starts with the first command.
+             * @description When the timeout of 0x27 starts. 4.14 lists the timeout among the events that end soft start, but every command ends it, too: so the timeout must run without a command, from power-on. With factory settings, a servo without commands turns torque off after 1,000 ms. 4.19 alone could mean that it starts with the first command.
              * @default power_on
              * @enum {string}
              */
@@ -8496,90 +8477,41 @@ export interface components {
             acknowledges_save?: boolean | null;
             /** @description Whether ArrayCommand counts as a command for 0x27. 4.19 lists registers 0x00 to 0x02, which it writes. */
             array_command_feeds_timeout?: boolean | null;
-            /**
-             * @description Whether a servo with servo ID 0, the factory setting, follows ArrayCommand entries for 0. The document specifies
-             *     1 to 254 for senders; Futaba's program copies the ID from Status, and moves new servos with it.
-             */
+            /** @description Whether a servo with servo ID 0, the factory setting, follows ArrayCommand entries for 0. The document specifies 1 to 254 for senders; Futaba's program copies the ID from Status, and moves new servos with it. */
             array_command_id_0?: boolean | null;
-            /**
-             * @description Whether 0x00 to 0x02 read the values of an ArrayCommand. Chapter 4 describes no command outside these registers,
-             *     so the message should be stored there; firmware may also store it separately, and then they read the last value
-             *     written by GetSet.
-             */
+            /** @description Whether 0x00 to 0x02 read the values of an ArrayCommand. Chapter 4 describes no command outside these registers, so the message should be stored there; firmware may also store it separately, and then they read the last value written by GetSet. */
             array_command_shows?: boolean | null;
-            /**
-             * @description Whether firmware without 0x25 (1.010) always has speed and torque control on. Futaba's program commanded speed
-             *     and torque before 0x25 was added in 1.100.
-             */
+            /** @description Whether firmware without 0x25 (1.010) always has speed and torque control on. Futaba's program commanded speed and torque before 0x25 was added in 1.100. */
             cascade_without_switch?: boolean | null;
             /** @description Whether ERASE and 0x10 preserve 0x44 to 0x46. The document does not mention it. */
             erase_keeps_identity?: boolean | null;
-            /**
-             * @description Whether ERASE also resets ROM. Table 2-12 says "at once" but not where; chapter 3 says ROM; for the same reset,
-             *     4.9 says that 0x12 must follow.
-             */
+            /** @description Whether ERASE also resets ROM. Table 2-12 says "at once" but not where; chapter 3 says ROM; for the same reset, 4.9 says that 0x12 must follow. */
             erase_rom?: boolean | null;
-            /**
-             * @description Whether failure bits remain set until the next start. 4.12 says that some bits remain until power-off, but names
-             *     only those of its note 2.
-             */
+            /** @description Whether failure bits remain set until the next start. 4.12 says that some bits remain until power-off, but names only those of its note 2. */
             failures_latch?: boolean | null;
-            /**
-             * @description Whether a notification sets the health in NodeStatus to WARNING. The document mentions only warnings; Futaba's
-             *     manuals show a yellow indicator in their program for notifications, too.
-             */
+            /** @description Whether a notification sets the health in NodeStatus to WARNING. The document mentions only warnings; Futaba's manuals show a yellow indicator in their program for notifications, too. */
             health_of_notifications?: boolean | null;
-            /**
-             * @description Response of a row that was added by a later firmware. Futaba's program requests it regardless of 0x52, like the
-             *     PWM rows.
-             */
+            /** @description Response of a row that was added by a later firmware. Futaba's program requests it regardless of 0x52, like the PWM rows. */
             later_rows?: ("zero" | "empty" | "silent") | null;
-            /**
-             * @description Whether 0x38 and 0x39 are relative to the origin of 0x44. 4.31 gives them in the same degrees as the command, and
-             *     4.36 moves the zero of those; otherwise they remain at the same position of the horn.
-             */
+            /** @description Whether 0x38 and 0x39 are relative to the origin of 0x44. 4.31 gives them in the same degrees as the command, and 4.36 moves the zero of those; otherwise they remain at the same position of the horn. */
             limits_follow_origin?: boolean | null;
             /** @description Whether `0x2a` is accepted as `0x2A`. The document prints capitals and calls the name an ASCII string. */
             lower_case_names?: boolean | null;
-            /**
-             * @description Handling of a GetSet write outside the row's range. The document distinguishes successful and failed requests
-             *     (table 2-16) and does not mention modified values, so the literal interpretation is that such a write fails.
-             *     The public type allows a server to clamp. Values in ArrayCommand are handled alike: ignored or clamped.
-             */
+            /** @description Handling of a GetSet write outside the row's range. The document distinguishes successful and failed requests (table 2-16) and does not mention modified values, so the literal interpretation is that such a write fails. The public type allows a server to clamp. Values in ArrayCommand are handled alike: ignored or clamped. */
             out_of_range?: ("refuse" | "clamp") | null;
-            /**
-             * @description Meaning of position 1.0 on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°, and
-             *     Futaba's program sends and displays 100° per unit.
-             */
+            /** @description Meaning of position 1.0 on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°, and Futaba's program sends and displays 100° per unit. */
             position_unit?: ("hundred_degrees" | "radian" | "degree" | "tenth_degree") | null;
-            /**
-             * @description Response of 0x34 to 0x37 on a model without PWM input, where section 3.1 prints 0/0/0. Futaba's program requests
-             *     them on every model and waits indefinitely for a register without a response.
-             */
+            /** @description Response of 0x34 to 0x37 on a model without PWM input, where section 3.1 prints 0/0/0. Futaba's program requests them on every model and waits indefinitely for a register without a response. */
             pwm_rows?: ("zero" | "empty" | "silent") | null;
-            /**
-             * @description Response of a reserved register. The list gives it the default 0 but no access. A write has no effect in
-             *     either case.
-             */
+            /** @description Response of a reserved register. The list gives it the default 0 but no access. A write has no effect in either case. */
             reserved?: ("empty" | "zero") | null;
             /** @description Whether the opcode SAVE restarts the servo. Section 4.11 states this for 0x12; both write the same ROM. */
             save_opcode_restarts?: boolean | null;
-            /**
-             * @description What 0x25 and 0x3A to 0x3D read (and a ROM write stores) during soft start. 4.14 says these parameters are
-             *     changed temporarily and restored afterwards.
-             */
+            /** @description What 0x25 and 0x3A to 0x3D read (and a ROM write stores) during soft start. 4.14 says these parameters are changed temporarily and restored afterwards. */
             soft_start_shows?: ("temporary" | "stored") | null;
-            /**
-             * @description Whether the action of 0x26 also replaces OFF or BRAKE in 0x20, so that a brake is released after 0x27. 4.19 names
-             *     no exception and counts 0x20 among the commands; but 4.13 says in the same words that OFF remains whatever is
-             *     commanded, and a timeout that brakes or frees a motor without output protects nothing.
-             */
+            /** @description Whether the action of 0x26 also replaces OFF or BRAKE in 0x20, so that a brake is released after 0x27. 4.19 names no exception and counts 0x20 among the commands; but 4.13 says in the same words that OFF remains whatever is commanded, and a timeout that brakes or frees a motor without output protects nothing. */
             timeout_changes?: ("output_on" | "any_output") | null;
-            /**
-             * @description When the timeout of 0x27 starts. 4.14 lists the timeout among the events that end soft start, but every command
-             *     ends it, too: so the timeout must run without a command, from power-on. With factory settings, a servo without
-             *     commands turns torque off after 1,000 ms. 4.19 alone could mean that it starts with the first command.
-             */
+            /** @description When the timeout of 0x27 starts. 4.14 lists the timeout among the events that end soft start, but every command ends it, too: so the timeout must run without a command, from power-on. With factory settings, a servo without commands turns torque off after 1,000 ms. 4.19 alone could mean that it starts with the first command. */
             timeout_from?: ("power_on" | "first_command") | null;
             /** @description Response to reading 0x10 to 0x12. Their access is W, so a read fails. */
             write_only?: ("empty" | "zero") | null;
