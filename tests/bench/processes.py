@@ -43,7 +43,7 @@ def server(module: Sequence[str], *arguments: str) -> Generator[tuple[str, int]]
             yield found[0], process.pid
         finally:
             process.terminate()
-            process.wait(timeout=10)
+            process.wait(timeout=30)
 
 
 @contextmanager

@@ -9,6 +9,7 @@ import pytest
 
 from hornbill.client import AsyncHornbill, Hornbill, ServerUnreachable
 from hornbill.client.aio import connection as aio
+from hornbill.client.problems import WaitTimeout
 from hornbill.client.sync import connection as sync
 from hornbill.errors import Stopped
 
@@ -140,3 +141,19 @@ def test_the_address_of_the_environment_may_have_a_path(monkeypatch: pytest.Monk
         hornbill.request("GET", "/servos", seconds=5, refresh=True, channels=None)
         assert hornbill.socket_url == "wss://site.example/bench7/api/v1/ws"
     assert str(server.seen[0].url) == "https://site.example/bench7/api/v1/servos?seconds=5&refresh=true"
+
+
+def test_a_job_is_waited_for_by_the_server_unless_its_progress_is_wanted() -> None:
+    seen: list[str | None] = []
+
+    def respond(request: httpx.Request) -> httpx.Response:
+        seen.append(request.url.params.get("wait"))
+        return httpx.Response(200, json={"kind": "save", "state": "succeeded" if len(seen) % 2 == 0 else "running"})
+
+    with Hornbill("http://rig:1/", transport=httpx.MockTransport(respond)) as hornbill:
+        hornbill.wait("x")
+        assert seen == ["20.0", "20.0"]
+        hornbill.wait("x", on_progress=lambda _: None)
+        assert seen[2:] == [None, None]
+        with pytest.raises(WaitTimeout):
+            hornbill.wait("x", timeout_s=0.0)
