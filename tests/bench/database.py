@@ -39,19 +39,22 @@ def figures() -> Iterator[dict[str, Any]]:
             try:
                 hanging = [one_stop(url, servos)[0] for _ in range(STOPS)]
                 time.sleep(max(0.0, ends - time.monotonic()))
+            except BaseException:
+                cluster.resume()  # it could not be stopped
+                raise
             finally:
                 enough.set()
             changed = changing.result()
-        waiting = _pending(api)
+        waiting = _pending(url)
         cluster.resume()
         resumed = time.monotonic()
-        while _pending(api):
+        while _pending(url):
             assert time.monotonic() < resumed + 60, "not everything was written after a minute"
             time.sleep(0.1)
         written_s = time.monotonic() - resumed
         with Store(cluster.url) as store:
             rows = [row for row in store.audit.rows(limit=100_000) if row.at >= began]
-        writes = [row.entry.after for row in reversed(rows) if row.entry.action == "write"]
+        writes = [row.entry.requested for row in reversed(rows) if row.entry.action == "write"]
         pressed = sum(row.entry.action == "stop" and row.entry.outcome == "pressed" for row in rows)
         assert len(writes) <= changed, "written twice"
         assert pressed <= STOPS, "written twice"
@@ -70,7 +73,7 @@ def _gain(number: int) -> int:
 
 
 def _change(servos: str, uids: list[str], enough: Event) -> int:
-    """Change one gain after the other until it is enough, and return how many."""
+    """Change one gain after the other until it is enough, and return how many. What is refused is stored, too."""
     for number in count():
         if enough.is_set():
             return number
@@ -79,8 +82,8 @@ def _change(servos: str, uids: list[str], enough: Event) -> int:
     raise AssertionError
 
 
-def _pending(api: str) -> int:
+def _pending(url: str) -> int:
     """Changes that are not in the database yet."""
-    text = httpx.get(api + "metrics", timeout=30).text
+    text = httpx.get(url + "metrics", timeout=30).text
     (value,) = [one.split()[1] for one in text.splitlines() if one.startswith("hornbill_store_pending_writes ")]
     return int(float(value))
