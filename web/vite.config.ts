@@ -4,7 +4,7 @@ import { defineConfig } from "vitest/config";
 
 const server = process.env.HORNBILL_URL ?? "http://127.0.0.1:8000";
 
-/** Lets the browser fetch the page and its font while it still fetches the language, which the page waits for. */
+/** Lets the browser fetch the page, its style and font while it still fetches the language, which the page waits for. */
 const startEarly: Plugin = {
   name: "start-early",
   apply: "build",
@@ -19,6 +19,10 @@ const startEarly: Plugin = {
       return [
         { rel: "preload", as: "font", type: "font/woff2", crossorigin: "", href: `./${font}` },
         ...files.map(file => ({ rel: "modulepreload", href: `./${file}` })),
+        ...[...(start.viteMetadata?.importedCss ?? [])].map(file => ({
+          rel: "stylesheet",
+          href: `./${file}`,
+        })),
       ].map(attrs => ({ tag: "link", attrs, injectTo: "head" as const }));
     },
   },

@@ -25,7 +25,7 @@ from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.services import GetSetRequest
 
 SERVOS = 20
-COMMANDS = 1000
+COMMANDS = 400
 EVERY_S = 0.02
 CHANNELS = ["current_angle", "current_speed", "current_torque"]
 
@@ -67,7 +67,7 @@ async def bus_time(rig: Rig, *, spread: bool) -> dict[str, Any]:
         if n % 20 == 0:
             await rig.call("PUT", f"/leases/{lease}")
         said[n] = loop.time()
-        uid = servos[n // 250].uid  # each is jogged for some seconds
+        uid = servos[n // 100].uid  # each is jogged for some seconds
         command = {"uid": uid, "type": "angle", "value": n / 10}
         socket.send(type="command", lease=lease, commands=[command])
     await asyncio.sleep(0.5)
@@ -75,7 +75,7 @@ async def bus_time(rig: Rig, *, spread: bool) -> dict[str, Any]:
     await socket.close()
     took = [sent[n] - at for n, at in said.items() if n in sent]
     name = "jog: socket to frame, bus time" + ("" if spread else ", all Statuses at once")
-    return _line(name, took, must=5 if spread else 10)
+    return _line(name, took, must=5 if spread else 10, limit="the Statuses that are sent first, 5 ms at once")
 
 
 async def wall_time() -> dict[str, Any]:
@@ -97,7 +97,7 @@ async def wall_time() -> dict[str, Any]:
         for n in range(COMMANDS // 2):
             await asyncio.sleep(EVERY_S)
             host.leases.renew(lease.id, host.base.now())
-            command = {"uid": servos[n // 250].uid, "type": "angle", "value": n / 10}
+            command = {"uid": servos[n // 100].uid, "type": "angle", "value": n / 10}
             text = orjson.dumps({"type": "command", "lease": lease.id, "commands": [command]}).decode()
             said[n] = host.base.now()
             await session.handle(text)
@@ -105,7 +105,8 @@ async def wall_time() -> dict[str, Any]:
         sent = _angles(frames)
         session.close()
         took = [sent[n] - at for n, at in said.items() if n in sent]
-        return _line("jog: socket to frame, wall time, servos simulated in the same process", took, must=5)
+        name = "jog: socket to frame, wall time, servos simulated in the same process"
+        return _line(name, took, must=1000 * EVERY_S, limit="the period of a jog, 50 Hz")
 
     try:
         return await with_host(scene, lambda: bus.port("host"))
@@ -124,12 +125,13 @@ def _angles(frames: Sequence[Frame]) -> dict[int, float]:
     return found
 
 
-def _line(name: str, took: list[float], *, must: float) -> dict[str, Any]:
+def _line(name: str, took: list[float], *, must: float, limit: str) -> dict[str, Any]:
     ranked = sorted(1000 * one for one in took)
     at = {"ms_median": 0.5, "ms_p99": 0.99, "ms_max": 1.0}
     # only the newest of the values that arrive while another waits for its response is sent
     figures = {key: round(ranked[min(int(share * len(ranked)), len(ranked) - 1)], 3) for key, share in at.items()}
-    return line(f"{name}, {SERVOS} servos streaming", {"jogs": len(ranked), **figures}, of="ms_p99", must=must)
+    name = f"{name}, {SERVOS} servos streaming"
+    return line(name, {"jogs": len(ranked), **figures}, of="ms_p99", must=must, limit=limit)
 
 
 def _recipes() -> list[Recipe]:

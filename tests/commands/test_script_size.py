@@ -6,7 +6,7 @@ from pathlib import Path
 
 DIST = Path(__file__).parents[2] / "web" / "dist"
 # Japanese is larger: it compresses less, and contains the names of rows.
-FIRST_BYTES = {"en": 61_000, "ja": 64_000}
+FIRST_BYTES = {"en": 60_000, "ja": 63_000}
 
 
 def packed(path: Path) -> int:

@@ -5,6 +5,7 @@ import { startBusHistory } from "./bench/bus-now";
 import { startClock } from "./bench/clock";
 import { startDoctor } from "./bench/doctor";
 import { hasDrafts } from "./bench/draft-store";
+import { loaded } from "./bench/fleet";
 import { listen } from "./bench/keys";
 import { connection, startLink } from "./bench/link";
 import { startMotion } from "./bench/motion";
@@ -36,9 +37,9 @@ if (root) render(<App />, root);
 // Texts for the server's codes, requested again with every part of the page.
 wordsLoaded().catch(() => undefined);
 
-// After the first connection, and again after each: what is not there when the server goes away cannot be opened then.
+// After the first list, and again after each connection: what is not there when the server goes away cannot be opened then.
 effect(() => {
-  if (connection.value === 0) return;
+  if (connection.value === 0 || !loaded.value) return;
   void fetchAll().then(all => {
     if (all) document.documentElement.dataset.loaded = "all";
   });

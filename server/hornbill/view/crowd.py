@@ -30,18 +30,22 @@ class _Copy(NamedTuple):
     angle_deg: float = 0.0
 
 
-def _fill(node: viser.BatchedGlbHandle | viser.BatchedMeshHandle, copies: Sequence[_Copy]) -> None:
-    """Place the copies of one model, unused ones out of view. viser sends only changed arrays."""
+def _fill(
+    node: viser.BatchedGlbHandle | viser.BatchedMeshHandle, copies: Sequence[_Copy], before: Sequence[_Copy] | None
+) -> None:
+    """Place the copies of one model, unused ones out of view. Most updates only turn those of `before`."""
     room = -(-max(len(copies), 1) // _ROOM) * _ROOM
-    positions: NDArray[np.float32] = np.tile(np.array(_NOWHERE, dtype=np.float32), (room, 1))
     wxyzs: NDArray[np.float32] = np.tile(np.array(_STILL, dtype=np.float32), (room, 1))
-    scales: NDArray[np.float32] = np.ones(room, dtype=np.float32)
     for index, copy in enumerate(copies):
-        positions[index], scales[index] = copy.at, copy.scale
-        wxyzs[index] = horn_wxyz(round(copy.angle_deg, _ANGLE_DECIMALS))
-    node.batched_positions = positions
+        wxyzs[index] = horn_wxyz(copy.angle_deg)
+    if before is None or [copy[:2] for copy in before] != [copy[:2] for copy in copies]:
+        positions: NDArray[np.float32] = np.tile(np.array(_NOWHERE, dtype=np.float32), (room, 1))
+        scales: NDArray[np.float32] = np.ones(room, dtype=np.float32)
+        for index, copy in enumerate(copies):
+            positions[index], scales[index] = copy.at, copy.scale
+        node.batched_positions = positions
+        node.batched_scales = scales
     node.batched_wxyzs = wxyzs
-    node.batched_scales = scales
 
 
 class Crowd:
@@ -53,6 +57,8 @@ class Crowd:
         self._overlays: dict[Literal["stale", "ghosts"], viser.BatchedMeshHandle] = {}
         self._colours = colours
         self._quality: Quality = quality
+        self._filled: dict[str, list[_Copy]] = {}
+        """Copies by the name of their node."""
         self._arcs: viser.LineSegmentsHandle | None = None
         self._drawn: tuple[tuple[Vector, float, float, float], ...] = ()
 
@@ -80,10 +86,10 @@ class Crowd:
             size = case.horn * servo.scale
             angle, command = pose.angle_deg, pose.command_deg
             if angle is not None:
-                (stale if pose.stale else live).append(_Copy(hub, size, angle))
+                (stale if pose.stale else live).append(_Copy(hub, size, round(angle, _ANGLE_DECIMALS)))
             reached = command is None or (angle is not None and abs(wrapped(command - angle)) < _REACHED_DEG)
             if command is not None and not (reached or pose.stale):
-                ghosts.append(_Copy(hub, size, command))
+                ghosts.append(_Copy(hub, size, round(command, _ANGLE_DECIMALS)))
         self._fill_model("horn-far", live)
         self._fill_overlay("stale", stale)
         self._fill_overlay("ghosts", ghosts)
@@ -117,7 +123,7 @@ class Crowd:
         else:
             self._arcs.points = lines
 
-    def _fill_model(self, name: Name, copies: Sequence[_Copy]) -> None:
+    def _fill_model(self, name: Name, copies: list[_Copy]) -> None:
         key = (name, self._quality)
         if key not in self._models and copies:
             self._models[key] = self._scene.add_batched_glb(
@@ -131,9 +137,9 @@ class Crowd:
                 receive_shadow=self._quality == "high",
             )
         if key in self._models:
-            _fill(self._models[key], copies)
+            self._refill(self._models[key], copies)
 
-    def _fill_overlay(self, name: Literal["stale", "ghosts"], copies: Sequence[_Copy]) -> None:
+    def _fill_overlay(self, name: Literal["stale", "ghosts"], copies: list[_Copy]) -> None:
         if name not in self._overlays and copies:
             points, faces = triangles("horn-far" if name == "stale" else "horn-ghost")
             self._overlays[name] = self._scene.add_batched_meshes_simple(
@@ -150,7 +156,13 @@ class Crowd:
                 receive_shadow=False,
             )
         if name in self._overlays:
-            _fill(self._overlays[name], copies)
+            self._refill(self._overlays[name], copies)
+
+    def _refill(self, node: viser.BatchedGlbHandle | viser.BatchedMeshHandle, copies: list[_Copy]) -> None:
+        before = self._filled.get(node.name)
+        if copies != before:
+            _fill(node, copies, before)
+            self._filled[node.name] = copies
 
     def _colour(self, name: Literal["stale", "ghosts"]) -> tuple[int, int, int]:
         return self._colours.stale if name == "stale" else self._colours.command_face

@@ -52,7 +52,17 @@ export function build(schema: Schema): Catalog {
   return { revision: schema.revision, tabs, rows, faults: schema.faults.map(namedFault) };
 }
 
+let coming: Promise<void> | null = null;
+
+/** Requested once by those who want it at the same time. */
 export async function loadCatalog(revision?: string): Promise<void> {
   if (revision !== undefined && catalog.peek()?.revision === revision) return;
-  catalog.value = build(await callApi("GET", "/schema"));
+  coming ??= callApi("GET", "/schema")
+    .then(schema => {
+      catalog.value = build(schema);
+    })
+    .finally(() => {
+      coming = null;
+    });
+  await coming;
 }

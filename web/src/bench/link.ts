@@ -1,5 +1,5 @@
 /** The connection to the server: requests after a reconnect, and dispatch of messages. */
-import { computed, signal } from "@preact/signals";
+import { batch, computed, signal } from "@preact/signals";
 import { API, callApi } from "../api/client";
 import { type LinkState, Live } from "../api/live";
 import type { ClientMessage, Params, ServerMessage } from "../api/types";
@@ -70,9 +70,12 @@ export const live = new Live({
     link.value = { state, since: monotonic() };
     // The browser gives the page no reason why a socket was refused.
     if (state === "down") void look();
+    // In a batch, so that the requests of the page follow those for the list.
     if (state === "up") {
-      connection.value += 1;
-      void refetch();
+      batch(() => {
+        connection.value += 1;
+        void refetch();
+      });
     }
   },
 });

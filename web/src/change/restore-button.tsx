@@ -7,7 +7,7 @@ import { Note } from "../kit/note";
 import { text } from "../text";
 import { planRestore } from "./restoring";
 
-interface Props {
+export interface RestoreProps {
   /** Null for all servos that can be restored. */
   uids: readonly string[] | null;
   /** Called with the reason of a refusal, in words; null on a new attempt. */
@@ -15,7 +15,7 @@ interface Props {
   testid: string;
 }
 
-export function RestoreButton({ uids, onRefused, testid }: Props) {
+export function RestoreButton({ uids, onRefused, testid }: RestoreProps) {
   const busy = useSignal(false);
   const { phase } = motion.value;
   const look = async () => {

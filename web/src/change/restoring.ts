@@ -1,31 +1,20 @@
 /** Restores outputs that Stop, a lease or a page switched off: dry run, then a job. */
 
-import { computed, type Signal, signal } from "@preact/signals";
+import { type Signal, signal } from "@preact/signals";
 import { Problem } from "../api/client";
 import type { Job, OutputRestorePreview } from "../api/types";
 import { stop } from "../bench/bench";
-import { all, type KnownServo } from "../bench/fleet";
 import { holder } from "../bench/holder";
 import { motion, takeControl } from "../bench/motion";
-import { switchedOff } from "../bench/output";
 import { forget } from "../bench/release";
 import { route } from "../bench/route";
 import { stopSeen } from "../bench/stop-sight";
 import { text } from "../text";
 import { beginChange, type ChangeRequest, type Report } from "./flow";
+import { outputLease } from "./restorable";
 import { followTogether, preview, startJob } from "./send";
 
-/** Servos whose output was switched off by a session and can be restored. */
-export const restorable = computed(() => all.value.filter(canRestore));
-
-export function canRestore(one: KnownServo): boolean {
-  return one.online && one.known_model && switchedOff(one.output);
-}
-
 export type Prospect = OutputRestorePreview["servos"][number];
-
-/** The lease taken to keep outputs on. */
-export const outputLease = signal<string | null>(null);
 
 export interface OutputFacts {
   plan: Signal<OutputRestorePreview | null>;

@@ -14,8 +14,8 @@ import { pathOf, route } from "../bench/route";
 import { signedOut } from "../bench/session";
 import { clearStop, unsent } from "../bench/stop";
 import { begun } from "../change/flow";
-import { RestoreButton } from "../change/restore-button";
-import { outputLease, restorable } from "../change/restoring";
+import { outputLease, restorable } from "../change/restorable";
+import type { RestoreProps } from "../change/restore-button";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { lazy } from "../kit/lazy";
@@ -26,6 +26,9 @@ const ClearDialog = lazy<{ silent: readonly string[]; act: () => Promise<void>; 
   import("./clear-dialog").then(file => file.ClearDialog),
 );
 const RoleBand = lazy(() => import("../role/band").then(file => file.RoleBand));
+const RestoreButton = lazy<RestoreProps>(() =>
+  import("../change/restore-button").then(file => file.RestoreButton),
+);
 const StopAll = lazy(() => import("../role/stop-all").then(file => file.StopAll));
 const HiddenChanges = lazy(() => import("../change/dialog").then(file => file.HiddenChanges));
 

@@ -13,11 +13,12 @@ import { besideAutopilot, commanderOf, elsewhere } from "../bench/role";
 import { type AddressChoice, changeChoices, inAddress, oneInAddress, wordInAddress } from "../bench/route";
 import { phone } from "../bench/screen";
 import { conditionHere } from "../bench/servo-condition";
-import { RestoreButton, RestoreRefused } from "../change/restore-button";
-import { restorable } from "../change/restoring";
+import { restorable } from "../change/restorable";
+import type { RestoreProps } from "../change/restore-button";
 import { Button } from "../kit/button";
 import { Choice, cell } from "../kit/field";
 import { lazy } from "../kit/lazy";
+import { Note } from "../kit/note";
 import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
 import { text } from "../text";
@@ -44,6 +45,9 @@ const GroupedRows = lazy<{ uids: readonly string[]; by: Grouping }>(() =>
 const ManyPlot = lazy<{ uids: readonly string[] }>(() => import("./many-plot").then(file => file.ManyPlot));
 const EmptyServos = lazy<{ loading: boolean }>(() => import("../servo/empty").then(file => file.EmptyServos));
 const Reconnect = lazy<object>(() => import("../servo/empty").then(file => file.Reconnect));
+const RestoreButton = lazy<RestoreProps>(() =>
+  import("../change/restore-button").then(file => file.RestoreButton),
+);
 const SelectionBar = lazy<{ plotting: boolean; onPlot: () => void }>(() =>
   import("./selection-bar").then(file => file.SelectionBar),
 );
@@ -235,7 +239,7 @@ function OutputsOff() {
           refused.value = why;
         }}
       />
-      <RestoreRefused why={refused.value} />
+      {refused.value !== null && <Note testid="restore-refused">{refused.value}</Note>}
     </div>
   );
 }
