@@ -18,7 +18,7 @@ from bench.compare import compare  # noqa: E402
 
 USUAL = (
     "stack", "reading", "configuring", "streaming", "stopping", "jogging", "commanding", "start", "adapter",
-    "connecting", "allocation", "simulation", "mechanics", "recorder", "sockets", "load", "plots", "page",
+    "connecting", "allocation", "simulation", "mechanics", "recorder", "sockets", "load", "plots", "page", "view",
     "guest", "rest",
 )  # fmt: skip
 """Modules that run if none is named: at most six minutes on a quiet machine."""

@@ -21,7 +21,7 @@ PAINT_MS, CLICK_MS, LONG_MS = 1000, 1500, 50
 
 CLICK = """
 const look = () => {
-  const box = document.querySelector('[data-testid^="select-"]');
+  const box = document.querySelector('[data-testid^="select-"]:not([data-testid="select-all"])');
   if (box === null) return requestAnimationFrame(look);
   box.click();
   const answer = () => {

@@ -61,7 +61,7 @@ def keeping() -> dict[str, Any]:
             "frames": len(mix), "us_a_frame": round(each * 1e6, 3), "tap_alone_us": round(alone / len(mix) * 1e6, 3),
             "frames_per_s": round(len(mix) / ours), "core_pct": round(each * FULL_FPS * 100, 2),
         },
-        must=3.0, of="core_pct",
+        must=3.0, of="core_pct", limit="the frames of a full bus, 7,000/s",
     )  # fmt: skip
 
 
@@ -103,7 +103,7 @@ async def _writing() -> dict[str, Any]:
             "idle_late_ms_p99": round(idle[int(len(idle) * 0.99)], 2),
             "late_ms_p99": round(late[int(len(late) * 0.99)], 2), "late_ms_max": round(late[-1], 2),
         },
-        must=10.0, of="late_ms_p99",
+        must=10.0, of="late_ms_p99", limit="two switch intervals of the interpreter",
     )  # fmt: skip
 
 

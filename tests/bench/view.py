@@ -1,0 +1,68 @@
+"""The 3D view of twelve moving servos: share of a core that the server takes in addition while it is shown."""
+
+import statistics
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import httpx
+
+from bench.line import line
+from bench.processes import cpu_s, wait_until_ready
+from e2e.servers import running_demo
+from unit.view.onlooker import CAMERA, Onlooker
+
+SERVOS = 12
+ROUNDS = 4
+SHOWN_S = 5.0
+FRAME = f"viser/{'0' * 32}/"
+
+
+def figures() -> Iterator[dict[str, Any]]:
+    """CPU time with a client of viser minus that without, in turn. The servos are simulated in the same process."""
+    with running_demo("--servos", str(SERVOS), "--seed", "1") as (process, url):
+        wait_until_ready(url, SERVOS)
+        over = threading.Event()
+        moving = threading.Thread(target=_move, args=(url, over))
+        moving.start()
+        shares: list[float] = []
+        messages = 0
+        for _ in range(ROUNDS):
+            alone = _share(process.pid, lambda: time.sleep(SHOWN_S))
+            httpx.get(url + FRAME, timeout=30).raise_for_status()
+            with Onlooker(url.replace("http", "ws", 1) + FRAME, origin=url.rstrip("/")) as onlooker:
+                onlooker.send(CAMERA)
+                onlooker.read_for(3.0)  # the scene itself is sent once
+                onlooker.messages.clear()
+                shares.append(_share(process.pid, lambda: onlooker.read_for(SHOWN_S)) - alone)
+                messages = len(onlooker.messages)
+        over.set()
+        moving.join()
+    assert messages > 0, "nothing was shown"
+    found = {"servos": SERVOS, "core_pct": round(100 * statistics.median(shares), 1), "messages": messages}
+    yield line("3D view of twelve moving servos: server", found, of="core_pct", must=5, limit="a twentieth of a core")
+
+
+def _share(pid: int, act: Callable[[], object]) -> float:
+    began, cpu = time.monotonic(), cpu_s(pid)
+    act()
+    return (cpu_s(pid) - cpu) / (time.monotonic() - began)
+
+
+def _move(url: str, over: threading.Event) -> None:
+    """To and fro, slowly enough that no servo is at rest. A servo with a fault refuses; the others move."""
+    with httpx.Client(base_url=url + "api/v1", timeout=60) as api:
+        lease = {"Lease": api.post("/leases", json={"holder": "bench", "ttl_s": 60}).json()["id"]}
+        uids = [one["uid"] for one in api.get("/servos").json()]
+        for uid in uids:
+            api.post(f"/servos/{uid}/torque", json={"mode": "on"}, headers=lease)
+        turn = 1
+        while not over.is_set():
+            gently = {"speed_deg_s": 20, "accel_deg_s2": 100}
+            for uid in uids:
+                body = {"type": "angle", "value": 40 * turn, "profile": gently}
+                api.post(f"/servos/{uid}/command", json=body, headers=lease)
+            api.put(f"/leases/{lease['Lease']}")
+            turn = -turn
+            over.wait(4)
