@@ -18,12 +18,12 @@ from bench.compare import compare  # noqa: E402
 
 USUAL = (
     "stack", "reading", "configuring", "streaming", "stopping", "jogging", "commanding", "start", "adapter",
-    "connecting", "allocation", "simulation", "mechanics", "recorder", "sockets", "load", "plots", "page", "view",
+    "connecting", "allocation", "simulation", "recorder", "sockets", "load", "plots", "page", "view",
     "guest", "rest",
 )  # fmt: skip
 """Modules that run if none is named: at most six minutes on a quiet machine."""
 
-LONG = ("endurance", "improve", "identify", "soak", "overnight", "database")
+LONG = ("endurance", "mechanics", "improve", "identify", "soak", "overnight", "database")
 """Modules that run only when named: each takes minutes."""
 
 
