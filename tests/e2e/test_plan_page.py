@@ -9,7 +9,7 @@ from e2e.state import add, no_lease
 
 PLAN = """
 name = "Elevator endurance"
-description = "Two servos to and fro, until the supply or a horn gives way."
+description = "Two servos back and forth."
 servos = [{servos}]
 cycles = 6
 
