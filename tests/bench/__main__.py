@@ -21,7 +21,7 @@ USUAL = (
     "connecting", "allocation", "simulation", "recorder", "sockets", "load", "plots", "page", "view",
     "guest", "rest",
 )  # fmt: skip
-"""Modules that run if none is named: at most six minutes on a quiet machine."""
+"""Modules that run if none is named."""
 
 LONG = ("endurance", "mechanics", "improve", "identify", "soak", "overnight", "database")
 """Modules that run only when named: each takes minutes."""
