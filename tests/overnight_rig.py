@@ -235,8 +235,8 @@ class Overnight:
         """The true angle of every horn."""
         while True:
             now = self._loop.time()
-            for uid, servo in self._rig.bench.servos.items():
-                self._angles[uid].append((now, servo.reported_angle_deg))
+            for uid in self._rig.bench.servos:
+                self._angles[uid].append((now, self._sim(uid).reported_angle_deg))
             await asyncio.sleep(SAMPLE_S)
 
     async def _watch(self) -> None:
@@ -308,7 +308,7 @@ class Overnight:
     # Truth.
 
     def _sim(self, uid: Uid) -> SimulatedServo:
-        return self._rig.bench.servos[uid]
+        return self._rig.bench.servo(uid)
 
     def _starts(self, uid: Uid) -> int:
         return self._sim(uid).starts

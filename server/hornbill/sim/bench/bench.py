@@ -69,8 +69,10 @@ class Bench:
         return servo
 
     def servo(self, uid: Uid) -> SimulatedServo:
-        """The servo with this unique ID. Raises Unknown."""
-        return self._driver(uid).servo
+        """The servo with this unique ID, simulated up to now. Raises Unknown."""
+        driver = self._driver(uid)
+        driver.catch_up()
+        return driver.servo
 
     def story(self, uid: Uid) -> str:
         """Purpose of this servo, for users. Empty if none. Raises Unknown."""
@@ -201,8 +203,13 @@ class _Driver:
         if self.servo.on_frames(frames, now):
             self.process(now)
 
+    def catch_up(self) -> None:
+        """Simulate up to now. Otherwise the state of the servo is that at its last message."""
+        if self._loop is not None:
+            now = self.now()
+            self.servo.advance(now)
+            self.process(now)
+
     def _wake(self) -> None:
         self._timer = None
-        now = self.now()
-        self.servo.advance(now)
-        self.process(now)
+        self.catch_up()
