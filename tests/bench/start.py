@@ -17,7 +17,7 @@ import httpx
 from bench.line import line
 from bench.processes import cpu_s
 from e2e.servers import running_demo
-from unit.view.onlooker import Onlooker
+from unit.view.onlooker import CAMERA, Onlooker
 
 ROUNDS = 3
 LIBRARIES = "fastapi, uvicorn, sqlalchemy, numpy"
@@ -144,6 +144,7 @@ def _look(url: str) -> None:
     page = f"viser/{'0' * 32}/"
     httpx.get(url + page, timeout=30).raise_for_status()
     with Onlooker(url.replace("http", "ws", 1) + page, origin=url.rstrip("/")) as onlooker:
+        onlooker.send(CAMERA)  # else viser sends no scene
         assert onlooker.read_for(SHOWN_S), "no scene was sent"
 
 
