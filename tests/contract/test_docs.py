@@ -74,8 +74,10 @@ def test_the_guide_to_simulated_servos_lists_every_switch_with_its_default() -> 
         name: values.partition(",")[0].strip("`")
         for name, values in re.findall(r"^\| `(\w+)` \| ([^|]+) \|", page, re.MULTILINE)
     }
-    defaults = {field.name: str(field.default).replace("True", "true").replace("False", "false") for field in
-                dataclasses.fields(Behaviour)}  # fmt: skip
+    defaults = {
+        name: str(default).replace("True", "true").replace("False", "false")
+        for name, default in dataclasses.asdict(Behaviour()).items()
+    }
     assert listed == defaults
 
 

@@ -1,4 +1,4 @@
-"""GET /schema: the complete parameter catalogue. GET /openapi.json: the OpenAPI document."""
+"""The complete parameter catalogue, and the OpenAPI document."""
 
 import asyncio
 import gzip
