@@ -110,6 +110,7 @@ def main(line: socket.socket) -> None:
     """Fork on request, until the requesting process ends; then end all forks."""
     for name in IMPORTED:
         import_module(name)
+    _build_routes()
     os.setpgrp()
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # children are not waited for: each is removed when it ends
     gc.collect()
@@ -129,6 +130,15 @@ def main(line: socket.socket) -> None:
         os.close(question)
         os.close(output)
         line.send(PID.pack(pid))
+
+
+def _build_routes() -> None:
+    """Build all routes, so that not every server does."""
+    from hornbill.api.http import create_api
+    from hornbill.schema.catalog import Catalog
+
+    for route in create_api(Catalog.load()).routes:
+        getattr(route, "app", None)
 
 
 def _become(request: dict[str, Any], output: int) -> None:
