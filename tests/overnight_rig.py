@@ -182,7 +182,13 @@ class Overnight:
         elif found["outcome"] == "applied":
             self._expect("applied", uid, after == value, f"{key} = {value} applied, and it is {after}")
         elif found["outcome"] == "rolled_back":
-            self._expect("rolled_back", uid, after == before, f"{key} rolled back to {before}, and it is {after}")
+            verdict = found["changes"][0]["verdict"]
+            if verdict == "no_response":  # whether it was restored is unknown, and reported as such
+                self.tally.undecided += 1
+            else:
+                kept = verdict in ("rolled_back", "refused")
+                true = (after == before) == kept
+                self._expect("rolled_back", uid, true, f"{key} was {before}, is {after}: reported as {verdict}")
 
     async def _save(self, uid: Uid, random: Random) -> None:
         path = f"/servos/{uid}"
@@ -198,7 +204,10 @@ class Overnight:
             return
         self.tally.outcomes[f"save {found['state']}"] += 1
         if found["state"] != "succeeded":
-            self._honest("save", uid, found["error"])
+            if found["error"].get("cause") == "restarted_before_save":
+                self._expect("restarted", uid, self._started(uid) >= since, found["error"]["detail"])
+            else:
+                self._honest("save", uid, found["error"])
             return
         if any(one.until >= since and one.kind in RESTARTS for one in self._injections(uid)):
             self.tally.undecided += 1
