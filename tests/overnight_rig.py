@@ -34,6 +34,8 @@ LATE_S: Final = 1.0
 """Greatest age of a reading on which a report may rest: a late response and a retry."""
 QUIET_S: Final = 6.0
 """Time after the last fault of a servo by which the server must show its true state."""
+UNSEEN_S: Final = 14.0
+"""Time for which the server has read the angle of a horn that it did not see at 0°."""
 SAMPLE_S: Final = 0.04
 OFFLINE_S: Final = 5.0
 STOP_EVERY: Final = 5
@@ -299,7 +301,8 @@ class Overnight:
             self._expect("differs", uid, differs, problem["detail"])
             return
         if cause == "soft_start_stuck":
-            angles = [angle for at, angle in self._angles[uid] if at >= self._started(uid)]
+            # it may have been there before the server could read its angle
+            angles = [angle for _, angle in self._recent(uid, UNSEEN_S)]
             self._expect("stuck", uid, all(abs(one) > ARRIVED_DEG - NOISE_DEG for one in angles), problem["detail"])
             return
         if cause in UNVERIFIED:

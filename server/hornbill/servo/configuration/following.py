@@ -200,8 +200,9 @@ class RestartFollower:
                 return Evidence("soft_start_aborted", "aborted because torque was turned off")
             if self._base.now() - began > SOFT_START_WITHIN_S:
                 raise DidNotMove(
-                    f"The horn of {servo.title} did not reach 0° in soft start, so the ROM values of speed and torque "
-                    "cannot be read. Check whether the horn is blocked, then restart the servo.",
+                    f"The horn of {servo.title} was not seen at 0° for {SOFT_START_WITHIN_S:.0f} s, so soft start may "
+                    "not have ended, and the ROM values of speed and torque cannot be read. Check whether the horn is "
+                    "blocked, then restart the servo.",
                     cause="soft_start_stuck",
                     servo=servo.title,
                 )

@@ -539,7 +539,7 @@ export const causes: Readonly<Record<string, FactsText>> = {
   socketcand_refused: p =>
     `${p.address}を開けません。socketcandサーバがこのCANインターフェースを提供しているか確認してください。`,
   soft_start_stuck: p =>
-    `ソフトスタートで${p.servo}のホーンが0°に着かないため、ROMの速度とトルクの値を読み出せません。拘束されていないか確認し、再起動してください。`,
+    `${p.servo}のホーンが15秒間0°で検出されず、ソフトスタートが終わっていない可能性があるため、ROMの速度とトルクの値を読み出せません。拘束されていないか確認し、再起動してください。`,
   some_servos_failed: p => `${p.targets}台中${p.failed}台で失敗しました: ${p.titles}。`,
   step_out_of_range: p =>
     `${p.step_deg}のステップ試験はできません。0以外の±${p.largest_deg}までを入力してください。`,
