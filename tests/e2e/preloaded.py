@@ -135,10 +135,11 @@ def main(line: socket.socket) -> None:
 def _build_routes() -> None:
     """Build all routes, so that not every server does."""
     from hornbill.api.http import create_api
+    from hornbill.api.routing import build_route
     from hornbill.schema.catalog import Catalog
 
     for route in create_api(Catalog.load()).routes:
-        getattr(route, "app", None)
+        build_route(route)
 
 
 def _become(request: dict[str, Any], output: int) -> None:

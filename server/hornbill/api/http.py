@@ -37,7 +37,7 @@ from hornbill.api.routes.motion import (
 from hornbill.api.routes.server import access as access_routes
 from hornbill.api.routes.server import audit, benches, health, jobs, metrics, monitoring, recorder, reports, schema, sim
 from hornbill.api.routes.servos import faults, inventory, position_unit, servos, telemetry
-from hornbill.api.routing import Routes
+from hornbill.api.routing import Routes, build_route
 from hornbill.api.security.access import Access
 from hornbill.api.security.guard import Guard
 from hornbill.api.security.origin import Policy
@@ -67,7 +67,8 @@ def create_api(
     """
     access = access or Access()
     measures = Measures()
-    stop.routes.build()
+    for row in stop.routes.rows:
+        build_route(row.route)
     table = table_of(catalog, page_folder, docs_folder, mounted)
     app = FastAPI(
         title="hornbill",

@@ -83,11 +83,6 @@ class Routes:
 
         return add
 
-    def build(self) -> None:
-        """Build all routes now, so that their first requests take no longer than others."""
-        for row in self.rows:
-            getattr(row.route, "app")  # noqa: B009
-
     def _declare(
         self, method: str, path: str, least: int, codes: Sequence[str], more: dict[str, Any]
     ) -> Callable[[Endpoint], Endpoint]:
@@ -117,6 +112,11 @@ class Routes:
             return endpoint
 
         return add
+
+
+def build_route(route: object) -> None:
+    """Build a route now, so that its first request takes no longer than others. Idempotent."""
+    getattr(route, "app", None)
 
 
 class _LazyRoute(APIRoute):

@@ -22,6 +22,7 @@ from starlette.types import ASGIApp
 from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
 from hornbill.api.live.event_stream import end_streams
+from hornbill.api.routing import build_route
 from hornbill.app.request_timeouts import RequestLimits, RequestTimeouts, TimedConnection
 from hornbill.errors import CannotStart
 from hornbill.virtual_time import MAX_SPEED, VirtualLoop
@@ -111,7 +112,7 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tupl
 async def _build_routes(app: FastAPI) -> None:
     """Build one route after another, so that no first request keeps the event loop busy for long."""
     for route in app.routes:
-        getattr(route, "app", None)  # builds it
+        build_route(route)
         await asyncio.sleep(BUILD_S)
 
 
