@@ -2,7 +2,8 @@
 import type { ChangeKind } from "./flow";
 
 const values = (n: number) => `${n} ${n === 1 ? "value" : "values"}`;
-const servos = (n: number) => `${n} ${n === 1 ? "servo" : "servos"}`;
+const counted = (n: number, one: string) => `${n} ${one}${n === 1 ? "" : "s"}`;
+const servos = (n: number) => counted(n, "servo");
 
 /** Subject of a change. */
 export interface About {
@@ -154,14 +155,14 @@ export const words = {
   facts: (model: string, serial: string, id: string) => `${model}, ${serial}, servo ${id}`,
   plan: {
     size: (cycles: number, steps: number, least: string) =>
-      `${cycles} ${cycles === 1 ? "cycle" : "cycles"} of ${steps} ${steps === 1 ? "step" : "steps"}, at least ${least} plus the moves.`,
+      `${counted(cycles, "cycle")} of ${counted(steps, "step")}, at least ${least} plus the moves.`,
     moves: "Torque turns on, the servos move, and torque turns off at the end. Keep clear of the horns.",
     stepsLabel: "Steps of a cycle",
     profile: (name: string) => `Profile ${name} is written to RAM first.`,
     limits: (list: string) => `Limits: ${list}.`,
     onLimit: {
       stop: "A servo beyond a limit ends the run.",
-      drop: "A servo beyond a limit is switched off; the others continue.",
+      drop: "Torque turns off on a servo beyond a limit; the others continue.",
       continue: "A servo beyond a limit is recorded and continues.",
     },
     quantity: {
@@ -171,7 +172,7 @@ export const words = {
       least: "supply at least",
       most: "supply at most",
     },
-    cycles: (done: number, all: number) => `${done} of ${all} ${all === 1 ? "cycle" : "cycles"} done`,
+    cycles: (done: number, all: number) => `${done} of ${counted(all, "cycle")} done`,
     progress: "Progress of the run",
     end: "End run",
     resume: "Resume…",

@@ -3,7 +3,6 @@ import { useSignal } from "@preact/signals";
 import { motion } from "../bench/motion";
 import { Button } from "../kit/button";
 import { Spinner } from "../kit/icon";
-import { Note } from "../kit/note";
 import { text } from "../text";
 import { planRestore } from "./restoring";
 
@@ -35,10 +34,4 @@ export function RestoreButton({ uids, onRefused, testid }: RestoreProps) {
       {text.output.restore}
     </Button>
   );
-}
-
-/** The reason of a refused dry run, where the button has its own line. */
-export function RestoreRefused({ why }: { why: string | null }) {
-  if (why === null) return null;
-  return <Note testid="restore-refused">{why}</Note>;
 }

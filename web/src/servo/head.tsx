@@ -8,8 +8,9 @@ import { modelName } from "../bench/model";
 import { motionOn } from "../bench/moving";
 import { conditionHere } from "../bench/servo-condition";
 import { canRestore } from "../change/restorable";
-import { RestoreButton, RestoreRefused } from "../change/restore-button";
+import { RestoreButton } from "../change/restore-button";
 import { Glyph } from "../kit/glyph";
+import { Note } from "../kit/note";
 import { text } from "../text";
 import { ServoActions } from "./actions";
 import { ConditionLines } from "./condition-lines";
@@ -70,7 +71,7 @@ export function ServoHead({ one, children }: Props) {
       </header>
       {refused.value !== null && (
         <div class="notice-line">
-          <RestoreRefused why={refused.value} />
+          <Note testid="restore-refused">{refused.value}</Note>
         </div>
       )}
       <ModelNotes one={one} open={noted.value} />

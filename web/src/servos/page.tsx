@@ -239,7 +239,7 @@ function OutputsOff() {
           refused.value = why;
         }}
       />
-      {refused.value !== null && <Note testid="restore-refused">{refused.value}</Note>}
+      <Note testid="restore-refused">{refused.value}</Note>
     </div>
   );
 }
