@@ -166,6 +166,7 @@ async def test_all_lists_have_limit_and_cursor(rig: Rig, tmp_path: Path) -> None
     for path in (f"/servos/{one.uid}/snapshots", "/audit"):
         ids = [row["id"] for row in json(await rig.call("GET", path))]
         assert ids == sorted(ids, reverse=True), path
+        assert len(ids) >= 3, path
     for path in ("/jobs?cursor=bm9uZQ", "/audit?cursor=bm9uZQ", "/servos?cursor=bm9uZQ"):
         assert problem(await rig.call("GET", path), "invalid_value", 422)["cause"] == "cursor_invalid", path
 

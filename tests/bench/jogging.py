@@ -106,7 +106,7 @@ async def wall_time() -> dict[str, Any]:
         session.close()
         took = [sent[n] - at for n, at in said.items() if n in sent]
         name = "jog: socket to frame, wall time, servos simulated in the same process"
-        return _line(name, took, must=1000 * EVERY_S, limit="the period of a jog, 50 Hz")
+        return _line(name, took, must=5, limit="a quarter of the period of a jog, 50 Hz")
 
     try:
         return await with_host(scene, lambda: bus.port("host"))

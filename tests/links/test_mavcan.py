@@ -242,7 +242,7 @@ def test_a_servo_is_read_and_saved_through_a_lossy_autopilot(kind: str) -> None:
             await made.call("GET", f"/servos/{servo.uid}/parameters?refresh=true")
             again_s = time.monotonic() - began
             print(f"{kind}: read in {first_s:.1f} s and {again_s:.1f} s")
-            assert max(first_s, again_s) <= 25  # 5 s, and several times that beside other work
+            assert max(first_s, again_s) <= 10
             changed = await made.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}})
             assert changed["outcome"] == "applied"
             began = time.monotonic()
