@@ -10,7 +10,7 @@ import httpx
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from bench.line import line
-from bench.plots import FEED, HZ, ROOM, SERVOS, WATCHED, ready
+from bench.plots import FEED, HZ, ROOM, SERVOS, plotted, ready
 from e2e.chromium import find
 from e2e.servers import running_demo
 
@@ -103,13 +103,7 @@ def _load(browser: Browser, url: str, *, throttled: bool) -> tuple[float, float]
 
 
 def _streaming(browser: Browser, url: str, uids: list[str]) -> dict[str, Any]:
-    page = browser.new_page(viewport={"width": 1440, "height": 900})
-    page.add_init_script(WATCHED)
-    page.goto(url + "servos")
-    for uid in uids:
-        page.get_by_test_id(f"select-{uid}").check()
-    page.get_by_test_id("plot-selected").click()
-    page.get_by_test_id("plot-many").locator("canvas").wait_for()
+    page = plotted(browser, url, uids)
     page.locator("[data-loaded=all]").wait_for(timeout=120_000)
     page.evaluate("window.began = performance.now() / 1000 + 1e6")
     page.evaluate(FEED, [uids, HZ])

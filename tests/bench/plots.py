@@ -8,7 +8,7 @@ from typing import Any, cast
 from unittest.mock import patch
 
 import httpx
-from playwright.sync_api import CDPSession, Page, sync_playwright
+from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
 
 from bench.line import line
 from e2e.chromium import find
@@ -84,13 +84,7 @@ def figures() -> Iterator[dict[str, Any]]:
     ):
         uids = ready(api)
         browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1440, "height": 900})
-        page.add_init_script(WATCHED)
-        page.goto(url + "servos")
-        for uid in uids:
-            page.get_by_test_id(f"select-{uid}").check()
-        page.get_by_test_id("plot-selected").click()
-        page.get_by_test_id("plot-many").locator("canvas").wait_for()
+        page = plotted(browser, url, uids)
         _move(api, uids)
         page.wait_for_timeout(WARM_S * 1000)
         yield _live(page, api, uids)
@@ -99,7 +93,20 @@ def figures() -> Iterator[dict[str, Any]]:
         browser.close()
 
 
+def plotted(browser: Browser, url: str, uids: list[str]) -> Page:
+    """A page with one plot of these servos."""
+    page = browser.new_page(viewport={"width": 1440, "height": 900})
+    page.add_init_script(WATCHED)
+    page.goto(url + "servos")
+    for uid in uids:
+        page.get_by_test_id(f"select-{uid}").check()
+    page.get_by_test_id("plot-selected").click()
+    page.get_by_test_id("plot-many").locator("canvas").wait_for()
+    return page
+
+
 def ready(api: httpx.Client) -> list[str]:
+    """UIDs of all servos, once they are ready."""
     until = time.monotonic() + 60
     while True:
         found = [one["uid"] for one in api.get("/servos").json() if one["state"] == "ready"]
