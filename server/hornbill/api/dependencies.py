@@ -60,7 +60,7 @@ UidText = Annotated[ServoText, Path(description=f"{NAMES}.")]
 
 
 async def servo_of(request: Request, uid: UidText) -> Servo:
-    """Servo of `{uid}`. Needs no other dependency, each of which would take as long as the rest of it."""
+    """Servo of `{uid}`. Takes the request itself: another dependency would take as long as all of this."""
     host = await _host(request)
     return host.fleet.get(resolve(host, uid))
 

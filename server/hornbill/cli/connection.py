@@ -21,11 +21,11 @@ COMPLETE_WITHIN_S = 1.0
 @contextmanager
 def client(server: str) -> "Generator[Hornbill]":
     """Client of the server. Errors in the block end the command with an exit code."""
-    with failures(), _imported()(server, by="command line", tries=1) as hornbill:
+    with failures(), _client_class()(server, by="command line", tries=1) as hornbill:
         yield hornbill
 
 
-def _imported() -> "type[Hornbill]":
+def _client_class() -> "type[Hornbill]":
     """The class of the client. Importing httpx is most of the time of a command."""
     # httpx imports its own command line, with rich and pygments, if it can: a third of its import.
     sys.modules.setdefault("httpx._main", None)  # pyright: ignore[reportArgumentType, reportCallIssue]
@@ -71,7 +71,7 @@ def _rows(context: typer.Context) -> list[dict[str, Any]]:
 def _fetch(context: typer.Context, path: str) -> list[dict[str, Any]]:
     """Response of the server, empty on failure: completion must never print an error."""
     try:
-        with _imported()(context.params.get("server"), tries=1, timeout_s=COMPLETE_WITHIN_S) as hornbill:
+        with _client_class()(context.params.get("server"), tries=1, timeout_s=COMPLETE_WITHIN_S) as hornbill:
             return hornbill.request("GET", path)
     except HornbillError:
         return []

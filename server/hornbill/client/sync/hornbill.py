@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from hornbill.client import responses
 
 POLL_S = 0.1
+"""Polling interval while waiting, s."""
 LONG_POLL_S = 20.0
 """Time for which one request waits for the end of a job, s."""
-"""Polling interval while waiting."""
 
 
 class Hornbill(Connection):
