@@ -51,7 +51,7 @@ def _share(pid: int, act: Callable[[], object]) -> float:
 
 
 def _move(url: str, over: threading.Event) -> None:
-    """To and fro, slowly enough that no servo is at rest. A servo with a fault refuses; the others move."""
+    """Back and forth, slowly enough that no servo is at rest. A servo with a fault refuses; the others move."""
     with httpx.Client(base_url=url + "api/v1", timeout=60) as api:
         lease = {"Lease": api.post("/leases", json={"holder": "bench", "ttl_s": 60}).json()["id"]}
         uids = [one["uid"] for one in api.get("/servos").json()]
