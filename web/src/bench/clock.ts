@@ -11,12 +11,29 @@ export const now = signal(monotonic());
 
 const PERIOD_MS = 200;
 
+let refreshes = 0;
+
+/** Count a change of values all over the page. */
+export function refreshed(): void {
+  refreshes++;
+}
+
+/** Number of changes of values all over the page, by the clock and by reports of servos. */
+export function refreshCount(): number {
+  return refreshes;
+}
+
+function tick(): void {
+  now.value = monotonic();
+  refreshed();
+}
+
 export function startClock(): () => void {
   const timer = setInterval(() => {
-    if (!document.hidden) now.value = monotonic();
+    if (!document.hidden) tick();
   }, PERIOD_MS);
   const seen = () => {
-    if (!document.hidden) now.value = monotonic();
+    if (!document.hidden) tick();
   };
   document.addEventListener("visibilitychange", seen);
   return () => {

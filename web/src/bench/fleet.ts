@@ -2,7 +2,7 @@
 import { computed, type Signal, signal } from "@preact/signals";
 import type { PendingAllocation, Servo } from "../api/types";
 import { telemetry } from "../telemetry/store";
-import { monotonic } from "./clock";
+import { monotonic, refreshed } from "./clock";
 
 export interface KnownServo extends Servo {
   /** When `angle_deg` was taken, monotonic, if known. */
@@ -68,6 +68,7 @@ function stamp(one: Servo): KnownServo {
 }
 
 function flush(): void {
+  refreshed();
   clearTimeout(timer);
   timer = undefined;
   let resort = false;

@@ -30,3 +30,22 @@ test("an animation frame is requested only when a draw is due", async () => {
   vi.advanceTimersByTime(1000);
   expect(requested).not.toHaveBeenCalled();
 });
+
+test("a frame in which values all over the page change is left to them, but never two in a row", async () => {
+  vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout", "requestAnimationFrame", "performance"] });
+  vi.stubGlobal("IntersectionObserver", undefined);
+  vi.resetModules();
+  const { everyFrame } = await import("./frames");
+  const { refreshed } = await import("../bench/clock");
+  const drawn = vi.fn();
+  const forget = everyFrame(document.createElement("canvas"), 60, drawn);
+  vi.advanceTimersByTime(100);
+  drawn.mockClear();
+  refreshed();
+  vi.advanceTimersToNextTimer();
+  expect(drawn).not.toHaveBeenCalled();
+  refreshed();
+  vi.advanceTimersToNextTimer();
+  expect(drawn).toHaveBeenCalledTimes(1);
+  forget();
+});

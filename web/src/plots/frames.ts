@@ -1,4 +1,5 @@
 /** Drawing of canvases: one animation frame for all, each at its own rate, hidden ones never. */
+import { refreshCount } from "../bench/clock";
 
 interface Drawn {
   draw: (now: number) => void;
@@ -12,6 +13,9 @@ const HALF_FRAME_S = 0.008;
 
 const all = new Map<Element, Drawn>();
 let frame = 0;
+/** Changes of the page until the last frame, and whether that frame was left to them. */
+let refreshes = 0;
+let left = false;
 let timer: ReturnType<typeof setTimeout> | undefined;
 
 const observer =
@@ -44,6 +48,13 @@ function nextFrame(): void {
 
 function turn(millis: number): void {
   frame = 0;
+  // The layout of the changed values and a plot in one frame would be a long task on a slow computer.
+  left = !left && refreshes !== refreshCount();
+  refreshes = refreshCount();
+  if (left) {
+    nextFrame();
+    return;
+  }
   const now = millis / 1000;
   let next = Number.POSITIVE_INFINITY;
   for (const one of all.values()) {

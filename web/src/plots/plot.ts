@@ -3,11 +3,21 @@ import uPlot from "uplot";
 import "./uplot.css";
 import type { Band, Callout, CurveEnd, Hatched, MarkAt, TriggerLevel } from "./annotate";
 import * as pen from "./annotate";
+import { CurveLayer, type Pen } from "./curve-layer";
 import { everyFrame } from "./frames";
 import { laneTicksOf } from "./lane";
 import { type Palette, palette } from "./palette";
 import { Playhead } from "./playhead";
-import { linePath, type PlotCurve, type Projection, pointsPath, projection } from "./series";
+import {
+  type CurveDrawn,
+  endOf,
+  isPlain,
+  linePath,
+  type PlotCurve,
+  type Projection,
+  pointsPath,
+  projection,
+} from "./series";
 import type { Still, TimeSpan } from "./span";
 import { extent, nearestSample } from "./trace";
 
@@ -96,6 +106,10 @@ export class Plot {
   #drawn = "";
   #version = 0;
   #ends: (CurveEnd | null)[] = [];
+  #layer = new CurveLayer();
+  /** Whether the measured curves are in the layer. */
+  #layered = false;
+  #drawnAt = 0;
   /** Width for names beside it, measured when it is built. */
   #gutter = 0;
   #head = new Playhead();
@@ -106,7 +120,7 @@ export class Plot {
   constructor(box: HTMLElement, options: PlotOptions) {
     this.#box = box;
     this.#options = options;
-    this.#forget = everyFrame(box, options.span ? (options.hz ?? FPS) : LOOK_HZ, () => this.#frame());
+    this.#forget = everyFrame(box, options.span ? (options.hz ?? FPS) : LOOK_HZ, now => this.#frame(now));
     this.#resize = new ResizeObserver(() => this.#fit());
     this.#resize.observe(box);
   }
@@ -172,20 +186,23 @@ export class Plot {
     return [document.documentElement.dataset.theme, names?.join(), ...looks].join("|");
   }
 
-  #frame(): void {
+  #frame(now: number): void {
     const made = this.#make();
     if (!this.#plot || made !== this.#made) this.#build(made);
     const span = this.#options.span;
     if (!span || !this.#plot) return;
-    const shown = span.shown();
-    if (!shown) return;
     const still = span.still.peek();
+    const shown = still ?? inWholePixels(span.shown(), this.#plot.bbox.width);
+    if (!shown) return;
     const moment = span.head.peek();
     this.#head.place(
       this.#plot.over,
       moment === null ? null : (moment - shown.from) / (shown.to - shown.from),
     );
     if (still && !this.#changed(span, still)) return;
+    // A long span moves by less than a pixel per frame.
+    if (!still && shown.from === this.#shown?.from && now - this.#drawnAt < 1 / LOOK_HZ) return;
+    this.#drawnAt = now;
     const turned = this.#still !== still;
     this.#still = still;
     if (turned && still) this.#range = null;
@@ -324,6 +341,7 @@ export class Plot {
         series: [{}, ...this.#curves.map((curve, place) => this.#series(curve, place, colours))],
         hooks: {
           drawClear: [plot => this.#under(plot, colours)],
+          drawAxes: [plot => this.#drawLayer(plot, colours)],
           draw: [plot => this.#over(plot, colours), () => this.#place()],
           setCursor: [plot => this.#say(plot)],
         },
@@ -343,15 +361,11 @@ export class Plot {
 
   #series(curve: PlotCurve, place: number, colours: Palette): uPlot.Series {
     const ratio = devicePixelRatio || 1;
-    const colour = pen.colourOf(curve.colour, colours);
+    const { colour, width } = this.#penOf(curve, colours);
     const spanned = this.#options.span !== undefined;
-    const width = curve.bold ? 2.6 : spanned ? 1.8 : 1.5;
-    const lit = () => this.#options.span?.lit.peek() ?? null;
-    // A command in the colour of its measured curve is wider, so that its dashes are visible on top of it.
-    const dashes = typeof curve.colour === "number" ? 3 : 1.6;
     return {
       stroke: colour,
-      width: curve.dashed ? dashes : width,
+      width,
       alpha: 1,
       ...(curve.dashed ? { dash: [7 * ratio, 5 * ratio] } : {}),
       ...(curve.filled ? { fill: tinted(colour) } : {}),
@@ -361,20 +375,20 @@ export class Plot {
         // A drawing may be due from before the picture changed.
         const shown = this.#curves[place];
         if (!shown) return null;
-        const chosen = lit() !== null && lit() === shown.key;
+        const { alpha, width } = this.#penOf(shown, colours);
         const series = plot.series[place + 1];
-        if (series) {
-          series.alpha = (lit() === null || chosen ? 1 : DIM) * (shown.faint ? 0.6 : 1);
-          series.width = chosen ? 2.6 : curve.dashed ? dashes : width;
-        }
-        const line = linePath(plot, projection(plot, this.#zero), shown);
-        this.#ends[place] = line.end && {
-          name: shown.name ?? "",
-          letter: shown.tag ?? null,
-          y: line.end.y,
-          colour,
-          alpha: series?.alpha ?? 1,
+        if (series) Object.assign(series, { alpha, width });
+        const at = projection(plot, this.#zero);
+        const end = (end: CurveDrawn["end"]) => {
+          const { name = "", tag: letter = null } = shown;
+          this.#ends[place] = end && { name, letter, y: end.y, colour, alpha };
         };
+        if (this.#layered && !shown.dashed) {
+          end(endOf(at, shown));
+          return null;
+        }
+        const line = linePath(plot, at, shown);
+        end(line.end);
         return { stroke: line.stroke, fill: line.fill, flags: 0 };
       },
       points: {
@@ -389,6 +403,38 @@ export class Plot {
         },
       },
     };
+  }
+
+  #penOf(curve: PlotCurve, colours: Palette): Pen {
+    const { span } = this.#options;
+    const lit = span?.lit.peek() ?? null;
+    const chosen = lit !== null && lit === curve.key;
+    // A command in the colour of its measured curve is wider, so that its dashes are visible on top of it.
+    const dashes = typeof curve.colour === "number" ? 3 : 1.6;
+    const width = curve.dashed ? dashes : curve.bold ? 2.6 : span ? 1.8 : 1.5;
+    return {
+      colour: pen.colourOf(curve.colour, colours),
+      alpha: (lit === null || chosen ? 1 : DIM) * (curve.faint ? 0.6 : 1),
+      width: chosen ? 2.6 : width,
+    };
+  }
+
+  /** While following, the measured curves are drawn in a layer, if all of them are plain. */
+  #drawLayer(plot: uPlot, colours: Palette): void {
+    const { span } = this.#options;
+    const at = projection(plot, this.#zero);
+    const measured = this.#curves.filter(one => !one.dashed);
+    this.#layered = span?.still.peek() === null && measured.every(one => isPlain(plot, at, one));
+    if (!span || !this.#layered) return;
+    const ratio = devicePixelRatio || 1;
+    const curves = measured.map(curve => {
+      const { width, ...rest } = this.#penOf(curve, colours);
+      return { curve, pen: { ...rest, width: width * ratio } };
+    });
+    const { width, height } = plot.bbox;
+    const seconds = span.seconds.peek();
+    const look = [this.#made, this.#version, span.lit.peek(), width, height, seconds, ...(this.#range ?? [])];
+    this.#layer.draw(plot, at, curves, look.join());
   }
 
   #of(place: number): PlotCurve {
@@ -483,6 +529,14 @@ export class Plot {
     });
     readout.textContent = read(at, values);
   }
+}
+
+/** The span moved by less than a pixel, so that a pixel of the plot is always the same time. */
+function inWholePixels(shown: Still | null, width: number): Still | null {
+  if (!shown) return null;
+  const pixel = (shown.to - shown.from) / width;
+  const by = Math.floor(shown.to / pixel) * pixel - shown.to;
+  return { from: shown.from + by, to: shown.to + by, zero: shown.zero + by };
 }
 
 /** A tint of a token's colour for the area below a curve. */

@@ -4,7 +4,7 @@
  */
 import type uPlot from "uplot";
 import { shape } from "./shapes";
-import { inSight, type Samples, thin } from "./trace";
+import { firstAt, inSight, isMany, type Samples, thin } from "./trace";
 
 export interface PlotCurve {
   /** Samples from a time on; live curves read them from a ring. */
@@ -94,12 +94,33 @@ export interface CurveDrawn {
   end: { x: number; y: number } | null;
 }
 
-/** The line through the visible samples. */
-export function linePath(plot: uPlot, at: Projection, curve: PlotCurve): CurveDrawn {
+/** Columns of a plot: pixels of the page. */
+function columnsOf(plot: uPlot): number {
+  return Math.max(50, Math.round(plot.bbox.width / (devicePixelRatio || 1)));
+}
+
+/** Whether every visible sample of a curve is a point of its line, which has no dashes and no area. */
+export function isPlain(plot: uPlot, at: Projection, curve: PlotCurve): boolean {
+  if (curve.dashed || curve.held || curve.filled) return false;
+  const [first, end] = inSight(curve.samples(at.min).t, at.min, at.max);
+  return !isMany(end - first, columnsOf(plot));
+}
+
+/** Where a plain line ends; null without data at its last sample. */
+export function endOf(at: Projection, curve: PlotCurve): CurveDrawn["end"] {
+  const { t, v } = curve.samples(at.min);
+  const [, end] = inSight(t, at.min, at.max);
+  const value = v[end - 1] ?? Number.NaN;
+  return Number.isNaN(value) ? null : { x: at.x(t[end - 1] ?? 0), y: at.y(value) };
+}
+
+/** The line through the visible samples; of a plain one only the part from a time on, and a little before. */
+export function linePath(plot: uPlot, at: Projection, curve: PlotCurve, since = at.min): CurveDrawn {
   const one = curve.samples(at.min);
   const { t, v } = one;
-  const columns = Math.max(50, Math.round(plot.bbox.width / (devicePixelRatio || 1)));
-  const [first, last] = inSight(t, at.min, at.max);
+  const columns = columnsOf(plot);
+  const [visible, last] = inSight(t, at.min, at.max);
+  const first = Math.max(visible, firstAt(t, since) - 2);
   const stroke = new Path2D();
   const fill = curve.filled ? new Path2D() : null;
   const base = plot.bbox.top + plot.bbox.height;

@@ -39,6 +39,11 @@ export function inSight(t: Float64Array, from: number, to: number): [number, num
   return [Math.max(0, firstAt(t, from) - 1), Math.min(t.length, firstAt(t, to) + 1)];
 }
 
+/** Whether there are more samples than four per pixel column. */
+export function isMany(count: number, columns: number): boolean {
+  return count > 4 * columns;
+}
+
 /**
  * Indices to draw from `first` up to `end`: all of them while there are at most four per pixel column, else the
  * first, lowest, highest and last of each column. Every index is a real sample; gaps are preserved.
@@ -51,7 +56,7 @@ export function thin(
   span = (one.t[end - 1] ?? 0) - (one.t[first] ?? 0),
 ): Uint32Array {
   const count = Math.max(0, end - first);
-  if (count <= 4 * columns) return Uint32Array.from({ length: count }, (_, i) => first + i);
+  if (!isMany(count, columns)) return Uint32Array.from({ length: count }, (_, i) => first + i);
   // Columns are fixed in time: in a moving picture they would flicker otherwise.
   const width = Math.max(1e-9, span) / columns;
   const kept: number[] = [];
