@@ -66,6 +66,7 @@ class Access:
         self._used: dict[str, float] = {}
         self._used_stored_at = now()
         self._changed = False
+        self._failing = False
         self._ends: dict[str, set[asyncio.Future[None]]] = {}
         self.ended = 0
         """Changes whenever a credential may have been revoked or logged out."""
@@ -96,9 +97,11 @@ class Access:
             self._take(await self._store.run(self._store.tokens.all))
             if self._now() - self._used_stored_at >= USED_S:
                 await self._store_used()
-        except StoreFailed:
+        except StoreFailed as error:
             self._changed = True
-            log.warning("cannot reload the tokens; known tokens stay valid", exc_info=True)
+            self._note(error)
+        else:
+            self._note(None)
 
     async def keep_fresh(self) -> None:
         """Call `refresh` when another process changed the tokens, until it succeeds, and store their last use, until
@@ -108,6 +111,14 @@ class Access:
             self._age()
             if self._changed or self._now() - self._used_stored_at >= USED_S:
                 await self.refresh()
+
+    def _note(self, error: StoreFailed | None) -> None:
+        """Log when reloading begins to fail, and when it works again."""
+        if error is not None and not self._failing:
+            log.warning("cannot reload the tokens; known tokens stay valid: %s", error)
+        elif error is None and self._failing:
+            log.warning("the tokens are reloaded again")
+        self._failing = error is not None
 
     def _on_changed(self, table: str) -> None:
         self._changed = self._changed or table == "tokens"
