@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from hornbill.view.case import ARC_HEIGHT, ARC_REACH, CASES, HORN_REACH, Vector
 from hornbill.view.geometry import Points, horn_wxyz, scale_lines, wrapped
 from hornbill.view.layout import Placed
-from hornbill.view.models import FAR, Name, Quality, glb, triangles
+from hornbill.view.models import FAR, Name, glb, triangles
 from hornbill.view.palette import Palette
+from hornbill.view.view_settings import Quality
 
 _ROOM = 4
 """Batches grow in steps of this size, so that a new servo rarely resizes them."""

@@ -6,9 +6,10 @@ import viser
 from hornbill.view.case import ARC_HEIGHT, HORN_REACH, Case
 from hornbill.view.geometry import BAND_FACES, ORIGIN_FACES, band, dashed, horn_wxyz, origin_mark, scale_lines, wrapped
 from hornbill.view.layout import Placed
-from hornbill.view.models import NEAR, Quality, glb, outline, triangles
+from hornbill.view.models import NEAR, glb, outline, triangles
 from hornbill.view.palette import Palette
 from hornbill.view.pose import Pose
+from hornbill.view.view_settings import Quality
 
 _ANGLE_STEP_DEG = 0.02
 """Minimum change of angle that is sent."""

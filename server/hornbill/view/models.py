@@ -4,14 +4,15 @@ import json
 import struct
 from collections.abc import Sequence
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-Quality: TypeAlias = Literal["high", "low"]
-"""high: reflections and shadows, for a GPU. low: simple light, for software rendering."""
+from hornbill.view.view_settings import Quality
+
 Name: TypeAlias = Literal[
     "bla21-near", "bla21-far", "bla15-near", "bla15-far", "plain-near", "plain-far",
     "horn-near", "horn-far", "horn-ghost",
@@ -19,6 +20,9 @@ Name: TypeAlias = Literal[
 NEAR: dict[str, Name] = {"bla21": "bla21-near", "bla15": "bla15-near", "plain": "plain-near"}
 FAR: dict[str, Name] = {"bla21": "bla21-far", "bla15": "bla15-far", "plain": "plain-far"}
 """Models of a case, by its key: for the selected servo, and for the others."""
+
+_TYPES = {5121: np.uint8, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
+"""Types of numbers in a GLB file."""
 
 _FOLDER = Path(__file__).resolve().parent / "meshes"
 
@@ -29,8 +33,7 @@ def glb(name: Name, quality: Quality) -> bytes:
     content = (_FOLDER / f"{name}.glb").read_bytes()
     if quality == "high":
         return content
-    (length,) = struct.unpack_from("<I", content, 12)
-    document, blob = json.loads(content[20 : 20 + length]), content[20 + length :]
+    document, blob = _parts(content)
     for material in document["materials"]:
         surface = material["pbrMetallicRoughness"]
         dull = 1.0 - 0.6 * surface["metallicFactor"]
@@ -45,10 +48,25 @@ def glb(name: Name, quality: Quality) -> bytes:
 @cache
 def triangles(name: Name) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     """Points (n, 3) in scene units and triangles (m, 3) of a whole model."""
-    import trimesh  # late, like viser: the server starts without it
+    content = (_FOLDER / f"{name}.glb").read_bytes()
+    document, blob = _parts(content)
 
-    mesh = trimesh.load_mesh(_FOLDER / f"{name}.glb", process=False)
-    return mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)
+    def values(accessor: int) -> NDArray[Any]:
+        about = document["accessors"][accessor]
+        at, columns = document["bufferViews"][about["bufferView"]]["byteOffset"], 3 if about["type"] == "VEC3" else 1
+        return np.frombuffer(blob, _TYPES[about["componentType"]], about["count"] * columns, 8 + at).reshape(-1, 3)
+
+    parts = document["meshes"][0]["primitives"]
+    points = [values(part["attributes"]["POSITION"]) for part in parts]
+    faces = [values(part["indices"]).astype(np.uint32) for part in parts]
+    starts = accumulate((len(one) for one in points), initial=0)
+    return np.concatenate(points), np.concatenate([one + np.uint32(at) for one, at in zip(faces, starts, strict=False)])
+
+
+def _parts(content: bytes) -> tuple[dict[str, Any], bytes]:
+    """Description and binary chunk of a GLB file. Our models have one node without transformation."""
+    (length,) = struct.unpack_from("<I", content, 12)
+    return json.loads(content[20 : 20 + length]), content[20 + length :]
 
 
 def outline(points: Sequence[Sequence[float]] | NDArray[np.float32]) -> NDArray[np.float32]:

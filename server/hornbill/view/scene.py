@@ -7,9 +7,9 @@ import viser
 from hornbill.view.crowd import Crowd
 from hornbill.view.hero import Hero
 from hornbill.view.layout import Placed
-from hornbill.view.models import Quality
 from hornbill.view.palette import Palette
 from hornbill.view.stage import Stage
+from hornbill.view.view_settings import Quality
 
 
 class Scene:

@@ -3,8 +3,8 @@
 import viser
 
 from hornbill.view.layout import CAMERA_FOV_DEG, CAMERA_POSITION, CAMERA_TARGET
-from hornbill.view.models import Quality
 from hornbill.view.palette import Palette
+from hornbill.view.view_settings import Quality
 
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 

@@ -5,13 +5,14 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from math import isfinite
 from threading import Lock
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
-from hornbill.view.models import Quality
 from hornbill.view.pose import Pose
 
+Quality: TypeAlias = Literal["high", "low"]
+"""high: reflections and shadows, for a GPU. low: simple light, for software rendering."""
 KEY = re.compile(r"[0-9a-f]{16,64}")
 """Key of a frame: random, and long enough not to be guessed."""
 MAX_FRAMES = 256
