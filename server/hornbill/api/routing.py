@@ -1,10 +1,11 @@
 """Declaration of routes: minimum role, possible problems, and their documentation."""
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from functools import cached_property
 from typing import Any, Final, TypeVar
 
+from fastapi import Depends
 from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.routing import compile_path
@@ -48,11 +49,12 @@ class Routes:
     The name of the endpoint is the operation ID.
     """
 
-    def __init__(self, tag: str, prefix: str = PREFIX) -> None:
-        """`tag`: subject by which the document groups operations."""
+    def __init__(self, tag: str, prefix: str = PREFIX, *, after: Callable[[], Awaitable[None]] | None = None) -> None:
+        """`tag`: subject by which the document groups operations. `after`: called before each endpoint."""
         self.rows: list[RouteRole] = []
         self._tag = tag
         self._prefix = prefix
+        self._dependencies = [] if after is None else [Depends(after)]
 
     def get(self, path: str, least: int, *codes: str, **more: Any) -> Callable[[Endpoint], Endpoint]:
         """Declare a GET; `more` is passed to FastAPI."""
@@ -92,6 +94,7 @@ class Routes:
                     "operation_id": endpoint.__name__,
                     "summary": _summary(endpoint.__name__),
                     "response_description": "Success.",
+                    "dependencies": self._dependencies,
                     **more,
                     "tags": [self._tag, *more.get("tags", ())],
                 }

@@ -6,11 +6,10 @@ import importlib
 import importlib.util
 import math
 from collections.abc import AsyncIterator, Iterable, Iterator, Mapping
+from datetime import UTC, datetime, timedelta
 from itertools import islice
 from operator import itemgetter
-from typing import Any
-
-import numpy as np
+from typing import Any, Final
 
 from hornbill.csv_text import Formatted, csv_text
 from hornbill.errors import NotAvailable
@@ -24,6 +23,8 @@ ROWS_A_PIECE = 500
 ROWS_A_GROUP = 65_536
 """Samples per Parquet row group; compressed in a thread."""
 
+_EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC).replace(tzinfo=None)
+
 _Sample = tuple[Instant, int, float]
 
 
@@ -35,13 +36,13 @@ async def csv(columns: Mapping[str, SampleColumns], base: TimeBase) -> AsyncIter
         piece = list(islice(rows, ROWS_A_PIECE))
         if not piece:
             return
-        utc = np.array([base.utc(t) * 1e6 for t, _ in piece]).round().astype("datetime64[us]")
-        instants = np.datetime_as_string(utc, unit="us").tolist()
-        lines = (
-            [Formatted(f"{at}Z"), Formatted(f"{t:.6f}"), *cells] for at, (t, cells) in zip(instants, piece, strict=True)
-        )
+        lines = ([Formatted(_instant(base.utc(t))), Formatted(f"{t:.6f}"), *cells] for t, cells in piece)
         yield csv_text(lines, end="\n").encode()
         await asyncio.sleep(0)
+
+
+def _instant(utc: float) -> str:
+    return (_EPOCH + timedelta(microseconds=round(utc * 1e6))).isoformat(timespec="microseconds") + "Z"
 
 
 def _rows(columns: Mapping[str, SampleColumns]) -> Iterator[tuple[Instant, list[float | None]]]:
@@ -111,6 +112,7 @@ class _Writer:
 
     def __init__(self, sink: "_Pieces", utc_offset: float) -> None:
         self._arrow: Any = importlib.import_module("pyarrow")
+        self._numpy: Any = importlib.import_module("numpy")
         made: Any = importlib.import_module("pyarrow.parquet")
         arrow = self._arrow
         self._schema = arrow.schema(
@@ -122,10 +124,14 @@ class _Writer:
 
     def write(self, key: str, times: Any, values: Any) -> None:
         """One row group."""
-        arrow = self._arrow
-        places = arrow.array(np.zeros(len(times), dtype=np.int32))
+        arrow, numpy = self._arrow, self._numpy
+        places = arrow.array(numpy.zeros(len(times), dtype=numpy.int32))
         channel = arrow.DictionaryArray.from_arrays(places, arrow.array([key]))
-        rows = [channel, arrow.array(times), arrow.array(values, from_pandas=True)]  # NaN becomes null
+        rows = [
+            channel,
+            arrow.array(numpy.frombuffer(times)),
+            arrow.array(numpy.frombuffer(values), from_pandas=True),
+        ]  # NaN becomes null
         self._writer.write_table(arrow.Table.from_arrays(rows, schema=self._schema))
 
     def close(self) -> None:

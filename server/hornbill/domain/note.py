@@ -130,7 +130,9 @@ NoteCode = TypeAliasType(
 `text`: text of a user or of an older hornbill."""
 
 
-@dataclass(frozen=True, slots=True, config=ConfigDict(json_schema_serialization_defaults_required=True))
+@dataclass(
+    frozen=True, slots=True, config=ConfigDict(json_schema_serialization_defaults_required=True, defer_build=True)
+)
 class Note:
     """One sentence for users, with its code and its values."""
 

@@ -21,7 +21,11 @@ class _Form(BaseModel):
     """Ignores fields of a newer hornbill. Refuses NaN and infinity."""
 
     model_config = ConfigDict(
-        frozen=True, extra="ignore", allow_inf_nan=False, json_schema_serialization_defaults_required=True
+        frozen=True,
+        extra="ignore",
+        allow_inf_nan=False,
+        json_schema_serialization_defaults_required=True,
+        defer_build=True,
     )
 
 

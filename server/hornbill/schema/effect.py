@@ -24,7 +24,9 @@ MODE = "speed_torque_control"
 _LAST = "{last_command}"
 
 
-@dataclass(frozen=True, slots=True, config=ConfigDict(json_schema_serialization_defaults_required=True))
+@dataclass(
+    frozen=True, slots=True, config=ConfigDict(json_schema_serialization_defaults_required=True, defer_build=True)
+)
 class Why:
     """A reason as a code, for programs and translations."""
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-import numpy as np
 import zstandard
 
 from hornbill.view.palette import palette
@@ -128,6 +127,8 @@ def _part(packed: str, start: int, length: int) -> bytearray:
 
 def _unpack(text: str) -> bytes:
     """Decode base 88: five digits for four bytes, most significant first; a remainder of k digits is k - 1 bytes."""
+    import numpy as np  # late, like viser
+
     values = np.zeros(128, dtype=np.uint64)
     values[[ord(digit) for digit in _DIGITS]] = np.arange(len(_DIGITS), dtype=np.uint64)
     digits = values[np.frombuffer(text.encode("ascii"), dtype=np.uint8)]

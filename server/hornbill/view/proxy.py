@@ -11,7 +11,7 @@ import logging
 import secrets
 from collections.abc import Callable, Collection
 from dataclasses import replace
-from typing import TypeAlias, get_args
+from typing import TYPE_CHECKING, TypeAlias, get_args
 from urllib.parse import urlencode, urlsplit
 
 import msgspec
@@ -19,14 +19,14 @@ from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketState
-from websockets.asyncio.client import ClientConnection, connect
-from websockets.typing import Subprotocol
 
-from hornbill.view.models import Quality
 from hornbill.view.page import UnknownClient, client
 from hornbill.view.settings_socket import serve
-from hornbill.view.view_settings import KEY
+from hornbill.view.view_settings import KEY, Quality
 from hornbill.view.viewer import Viewer
+
+if TYPE_CHECKING:
+    from websockets.asyncio.client import ClientConnection
 
 _log = logging.getLogger(__name__)
 
@@ -156,6 +156,9 @@ async def _socket(websocket: WebSocket, viewer: Viewer, allowed: Policy) -> None
     viewer.start()
     try:
         port = await asyncio.wait_for(asyncio.shield(asyncio.wrap_future(viewer.ready)), _START_TIMEOUT)
+        from websockets.asyncio.client import connect  # late, like viser
+        from websockets.typing import Subprotocol
+
         upstream = await connect(
             f"ws://127.0.0.1:{port}/{key}",
             subprotocols=[Subprotocol(wanted)],
@@ -173,7 +176,7 @@ async def _socket(websocket: WebSocket, viewer: Viewer, allowed: Policy) -> None
         await _pump(websocket, upstream)
 
 
-async def _pump(websocket: WebSocket, upstream: ClientConnection) -> None:
+async def _pump(websocket: WebSocket, upstream: "ClientConnection") -> None:
     """Forward messages in both directions until one side closes, then close the other."""
     tasks = {asyncio.create_task(_down(upstream, websocket)), asyncio.create_task(_up(websocket, upstream))}
     code = 1001
@@ -205,12 +208,12 @@ class _Head(msgspec.Struct):
 _HEAD = msgspec.msgpack.Decoder(_Head)
 
 
-async def _down(upstream: ClientConnection, websocket: WebSocket) -> None:
+async def _down(upstream: "ClientConnection", websocket: WebSocket) -> None:
     async for message in upstream:
         await websocket.send_bytes(message if isinstance(message, bytes) else message.encode())
 
 
-async def _up(websocket: WebSocket, upstream: ClientConnection) -> None:
+async def _up(websocket: WebSocket, upstream: "ClientConnection") -> None:
     while (event := await websocket.receive())["type"] != "websocket.disconnect":
         message: bytes | None = event.get("bytes")
         if message is None:

@@ -2,14 +2,14 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 from typing_extensions import TypeAliasType
 
 from hornbill.api.addressing import Distinct, ServoName, ServoRef
 from hornbill.domain.bus import Bus, DecodedTransfer, RawFrame, TransferKind
 from hornbill.domain.by_key import ByKey
 from hornbill.domain.event import EventCode
-from hornbill.domain.fields import MotionConfirms, Param, Params, Short, UidText, Utc
+from hornbill.domain.fields import STRICT, MotionConfirms, Param, Params, Short, UidText, Utc
 from hornbill.domain.job import Job
 from hornbill.domain.motion import LeaseView, MotionHold, MotionProfile, Stop, StopMode
 from hornbill.domain.servo import Reading, Servo
@@ -21,7 +21,7 @@ Topic = TypeAliasType("Topic", Literal["servos", "telemetry", "events", "jobs", 
 class Message(BaseModel):
     """Base of every message."""
 
-    model_config = ConfigDict(extra="forbid", json_schema_serialization_defaults_required=True)
+    model_config = STRICT
 
 
 class FrameFilter(Message):

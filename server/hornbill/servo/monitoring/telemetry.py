@@ -107,7 +107,7 @@ class TelemetryCollector:
         return times.tolist(), [value if value == value else None for value in values.tolist()]
 
     def columns(self, uid: Uid, key: str, since: Instant, until: Instant | None = None) -> SampleColumns:
-        """The same as arrays, in pieces and mostly without copying. Not affected by later samples."""
+        """The same as arrays, in pieces. Not affected by later samples."""
         channel = self._channels.get(uid, {}).get(key)
         return NO_SAMPLES if channel is None else channel.ring.window(since, until)
 

@@ -8,7 +8,7 @@ from pydantic import Field
 from starlette.responses import Response
 
 from hornbill.api.addressing import ServoRef
-from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
+from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo, load_lab
 from hornbill.api.downloads import CSV, attachment
 from hornbill.api.paging import Page, pages
 from hornbill.api.routes.motion.lab import STEP_PROBLEMS
@@ -19,13 +19,11 @@ from hornbill.csv_text import csv_text
 from hornbill.domain.fields import Model
 from hornbill.domain.frequency_response import Excitation, FrequencyResponse
 from hornbill.domain.set_up import SetUp
-from hornbill.lab import stored
 from hornbill.lab.conditions import set_up_of
-from hornbill.lab.frequency_job import FrequencyPlan, FrequencyTests
 from hornbill.servo.host import Host
 from hornbill.units import Uid
 
-routes = Routes("lab")
+routes = Routes("lab", after=load_lab)
 
 
 class FrequencyTest(Model):
@@ -60,6 +58,8 @@ async def measure_frequency_response(
     wait: Wait = False,
 ) -> Response:
     """Measure the frequency response about the current angle. Requires a lease and torque on. Writes no parameters."""
+    from hornbill.lab.frequency_job import FrequencyPlan, FrequencyTests
+
     wanted = body or FrequencyTest()
     host.connected()
     plan = FrequencyPlan(
@@ -77,6 +77,8 @@ async def list_frequency_responses(
     uid: Annotated[ServoRef | None, Query(description="Servo of the frequency responses.")] = None,
 ) -> list[FrequencyResponse]:
     """List frequency responses of one or all servos, newest first, without the lists of their curves."""
+    from hornbill.lab import stored
+
     wanted = None if uid is None else Uid(uid)
     found = await host.store.run(
         host.store.runs.of, wanted, kind="frequency_response", limit=page.limit + 1, before_id=page.before_id
@@ -106,6 +108,8 @@ async def delete_frequency_response(host: TheHost, run_id: RunPath) -> None:
 
 
 async def _found(host: Host, number: int) -> FrequencyResponse:
+    from hornbill.lab import stored
+
     return stored.frequency_response(await host.store.run(host.store.runs.find, number, "frequency_response"))
 
 

@@ -1,10 +1,12 @@
 """Routes of Improve."""
 
+from typing import TYPE_CHECKING
+
 from pydantic import Field
 from starlette.responses import Response
 
 from hornbill.api.addressing import ServoRef
-from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
+from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo, load_lab
 from hornbill.api.routes.motion.lab import STEP_PROBLEMS
 from hornbill.api.routes.server.jobs import Wait, job_response, starts
 from hornbill.api.routing import Routes
@@ -12,10 +14,12 @@ from hornbill.api.security.roles import Role
 from hornbill.domain.fields import Model
 from hornbill.domain.improve import Goal, ImproveBounds, ImprovePreview
 from hornbill.domain.set_up import SetUp
-from hornbill.lab.improve import Improvements, ImproveRequest
 from hornbill.servo.host import Host
 
-routes = Routes("lab")
+if TYPE_CHECKING:
+    from hornbill.lab.improve import Improvements, ImproveRequest
+
+routes = Routes("lab", after=load_lab)
 
 PROBLEMS = (*STEP_PROBLEMS, "not_available")
 
@@ -35,8 +39,10 @@ class Improve(Model):
     note: str = Field(default="", max_length=200, description="Note on other conditions.")
     set_up: SetUp | None = Field(default=None, description="Set-up of the runs. Null for that of the servo.")
 
-    def request(self) -> ImproveRequest:
+    def request(self) -> "ImproveRequest":
         """As the lab takes it."""
+        from hornbill.lab.improve import ImproveRequest
+
         return ImproveRequest(self.goal, self.bounds, self.expert, self.note, self.set_up)
 
 
@@ -71,5 +77,7 @@ async def improve_servos(host: TheHost, body: ImproveSet, lease: LeaseHeader = N
     return await job_response(host, _improvements(host).begin_all(servos, lease, body.request()), wait)
 
 
-def _improvements(host: Host) -> Improvements:
+def _improvements(host: Host) -> "Improvements":
+    from hornbill.lab.improve import Improvements
+
     return Improvements(host.services, host.motion, host.store, host.compute)

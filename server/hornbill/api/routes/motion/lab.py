@@ -8,7 +8,7 @@ from pydantic import Field
 from starlette.responses import Response
 
 from hornbill.api.addressing import ServoRef
-from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
+from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo, load_lab
 from hornbill.api.downloads import CSV, attachment
 from hornbill.api.paging import Page, pages
 from hornbill.api.routes.server.jobs import Wait, job_response, starts
@@ -19,13 +19,11 @@ from hornbill.domain.fields import Model
 from hornbill.domain.set_up import SetUp
 from hornbill.domain.step_test import RunOverlay, StepRun
 from hornbill.errors import InvalidValue
-from hornbill.lab import stored
 from hornbill.lab.conditions import set_up_of
-from hornbill.lab.step import StepPlan, StepTests
 from hornbill.servo.host import Host
 from hornbill.units import Uid
 
-routes = Routes("lab")
+routes = Routes("lab", after=load_lab)
 
 
 class StepTest(Model):
@@ -57,6 +55,8 @@ async def step_test(
     wait: Wait = False,
 ) -> Response:
     """Measure a small step from the current angle and back. Requires a lease and torque on. Writes no parameters."""
+    from hornbill.lab.step import StepPlan, StepTests
+
     wanted = body or StepTest()
     host.connected()
     set_up = wanted.set_up or set_up_of(host.store.servos.get(servo.uid))
@@ -72,6 +72,8 @@ async def list_runs(
     uid: Annotated[ServoRef | None, Query(description="Servo of the runs.")] = None,
 ) -> list[StepRun]:
     """List runs of one or all servos, newest first, without samples."""
+    from hornbill.lab import stored
+
     found = await host.store.run(
         host.store.runs.of, None if uid is None else Uid(uid), limit=page.limit + 1, before_id=page.before_id
     )
@@ -83,6 +85,8 @@ async def overlay_runs(
     host: TheHost, ids: Annotated[str, Query(description="IDs of up to eight runs, separated by commas.")]
 ) -> RunOverlay:
     """Get several runs for comparison, and the parameters in which they differ."""
+    from hornbill.lab import stored
+
     numbers = [part.strip() for part in ids.split(",")]
     if not 1 <= len(numbers) <= 8 or not all(part.isascii() and part.isdigit() and len(part) < 10 for part in numbers):
         raise InvalidValue(
@@ -120,4 +124,6 @@ def _table(run: StepRun) -> Iterator[tuple[object, ...]]:
 
 
 async def _run(host: Host, number: int) -> StepRun:
+    from hornbill.lab import stored
+
     return stored.step_run(await host.store.run(host.store.runs.find, number, "step"))

@@ -6,7 +6,7 @@ from fastapi import Query
 from pydantic import Field
 from starlette.responses import Response
 
-from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
+from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo, load_lab
 from hornbill.api.downloads import attachment
 from hornbill.api.routes.motion.lab import STEP_PROBLEMS
 from hornbill.api.routes.server.jobs import Wait, job_response, starts
@@ -16,14 +16,12 @@ from hornbill.domain.fields import Model
 from hornbill.domain.mechanics import Mechanics, MechanicsTest
 from hornbill.domain.set_up import SetUp
 from hornbill.errors import Unknown
-from hornbill.lab import mechanics_export
 from hornbill.lab.conditions import set_up_of
-from hornbill.lab.mechanics_job import MechanicsPlan, MechanicsTests
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
 from hornbill.store.runs import Run
 
-routes = Routes("lab")
+routes = Routes("lab", after=load_lab)
 
 
 class MeasureMechanics(Model):
@@ -62,6 +60,8 @@ async def measure_mechanics(
 ) -> Response:
     """Measure friction, backlash, load, deadband or end stops by moving the horn within a range. Requires a lease and
     torque on. Gains and limits are changed in RAM meanwhile; every ending restores and verifies them."""
+    from hornbill.lab.mechanics_job import MechanicsPlan, MechanicsTests
+
     wanted = body or MeasureMechanics()
     host.connected()
     plan = MechanicsPlan(
@@ -75,6 +75,8 @@ async def measure_mechanics(
 @routes.get("/servos/{uid}/mechanics", Role.VIEW, "unknown_servo")
 async def get_mechanics(host: TheHost, servo: TheServo) -> Mechanics:
     """Get the newest measured mechanics of a servo, with 95 % intervals."""
+    from hornbill.lab import mechanics_export
+
     return mechanics_export.known(servo.uid, await _runs(host, servo))
 
 
@@ -91,6 +93,8 @@ async def export_mechanics(
     ] = None,
 ) -> Response:
     """Download the measured mechanics as a twin for the simulator, or as an actuator for MuJoCo or URDF."""
+    from hornbill.lab import mechanics_export
+
     runs = await _runs(host, servo)
     if not runs:
         raise Unknown(

@@ -2,17 +2,15 @@
 
 from pydantic import Field
 
-from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath, known_uid
+from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath, known_uid, load_lab
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.fields import Model
 from hornbill.domain.set_up import SetUp
 from hornbill.lab.conditions import set_up_of, stated
-from hornbill.lab.improve import INSTALL, PACKAGE, package_installed
-from hornbill.lab.verdict import THRESHOLDS
 from hornbill.store.audit import NewAuditEntry
 
-routes = Routes("lab")
+routes = Routes("lab", after=load_lab)
 
 
 class VerdictThreshold(Model):
@@ -36,6 +34,9 @@ class Tuning(Model):
 @routes.get("/tuning", Role.VIEW)
 async def get_tuning() -> Tuning:
     """Get what this server can compute, and the thresholds of its verdicts."""
+    from hornbill.lab.improve import INSTALL, PACKAGE, package_installed
+    from hornbill.lab.verdict import THRESHOLDS
+
     available = package_installed()
     thresholds = [
         VerdictThreshold(name=name, value=one.value, unit=one.unit, decides=one.decides)
