@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from behaviour.actions import torque
+from behaviour.actions import move, torque
 from behaviour.rig import PLAIN, Rig, Socket, json, problem, until
 from behaviour.scene import scene
 from hornbill.app.composition import bus_log_of
@@ -202,3 +202,44 @@ async def test_json_is_compressed_and_files_are_not(rig: Rig, servo: Servo) -> N
     assert await encoding(f"/servos/{servo.uid}/telemetry.csv") is None
     plain = (await rig.call("GET", "/schema", **{"Accept-Encoding": "identity"})).content
     assert len(gzip.compress(plain, 4)) < len(plain) / 5
+
+
+@scene()
+async def test_the_usual_form_of_a_write_gets_the_response_of_every_other_form(rig: Rig, servo: Servo) -> None:
+    """`direct` of a route serves the usual form only; a media type with a parameter is another form of the same."""
+    lease = await rig.lease()
+    await torque(rig, servo, lease=lease)
+    bodies = (
+        '{"value":1.5}', '{"value":-1e9}', '{"value":"on"}', '{"value":NaN}', '{"value":null}', '{"value":[1]}',
+        '{"value":1,"confirm":["supply"]}', '{"value":1,"valeu":2}', '{"valeu":1}', "{}", "[1]", "1.5", "{", "",
+    )  # fmt: skip
+    for key in ("command_angle", "smoothing", "current_angle", "no_such_key", "product_code", "memory_switching"):
+        for uid in (servo.uid, servo.uid[:-1] + ("0" if servo.uid[-1] != "0" else "1")):
+            for body in bodies if key == "command_angle" else bodies[:3]:
+                for held in (lease, None):
+                    found = [await _put(rig, f"/servos/{uid}/parameters/{key}", body, held, end) for end in FORMS]
+                    assert found[0] == found[1], (key, uid, body, held)
+
+
+@scene(*TWO)
+async def test_the_list_without_a_query_is_that_of_every_query(rig: Rig) -> None:
+    lease = await rig.lease()
+    for servo in await rig.ready(2):
+        await torque(rig, servo, lease=lease)
+        await move(rig, servo, lease, 90.0)
+    for _ in range(20):  # each servo is encoded once per change; its angle must still be the latest, with its age
+        await asyncio.sleep(0.03)
+        every, limited = [json(await rig.call("GET", f"/servos{query}")) for query in ("", "?limit=9")]
+        assert every == limited
+        for listed in every:
+            alone = json(await rig.call("GET", f"/servos/{listed['uid']}"))
+            assert {**listed, "activity": None} == {**alone, "activity": None}
+
+
+FORMS = ("", "; charset=utf-8")
+
+
+async def _put(rig: Rig, path: str, body: str, lease: str | None, end: str) -> tuple[int, dict[str, Any]]:
+    headers = {"Content-Type": f"application/json{end}"} | ({} if lease is None else {"Lease": lease})
+    response = await rig.http.request("PUT", path, content=body, headers=headers)
+    return response.status_code, {name: what for name, what in response.json().items() if name not in ("at", "age_s")}

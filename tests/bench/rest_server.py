@@ -1,7 +1,7 @@
 """The servers of the benchmark of requests.
 
 `python -m bench.rest_server`: hornbill with servos whose responses are prepared. `python -m bench.rest_server BYTES`:
-bare FastAPI routes that do nothing and return as much.
+bare FastAPI routes that return as much. The bare write carries the same frames on the same simulated bus.
 """
 
 import asyncio
@@ -13,7 +13,7 @@ from typing import Annotated
 import uvicorn
 from fastapi import FastAPI, Header, Response
 
-from bench.configuring import WritableCrowd
+from bench.configuring import SERVICE, WritableCrowd
 from bench.crowd import CrowdPort
 from hornbill.api.http import create_api
 from hornbill.api.routes.configuration.rows import RowValue
@@ -23,7 +23,12 @@ from hornbill.domain.servo import Reading
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.host import Host, HostSettings
 from hornbill.store.store import Store
+from hornbill.wire.datatype import Kind
+from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort
+from hornbill.wire.services import GetSetRequest
+from hornbill.wire.transfer import END, Transfer, split
+from hornbill.wire.value import integer
 
 SERVOS = 6
 READING = Reading(
@@ -49,14 +54,50 @@ def hornbill() -> FastAPI:
     return create_api(catalog, lifespan=lifespan, policy=local_policy(LOCAL_NAMES))
 
 
+class Exchange:
+    """The frames of one write and of its response, without anything else that a host does."""
+
+    def __init__(self) -> None:
+        self._port = CrowdPort(WritableCrowd(SERVOS))
+        self._port.listen(self._received)
+        request = GetSetRequest(0, integer(150), Catalog.load().parameter("command_angle").name)
+        sent = Transfer(Kind.REQUEST, request.TYPE.id, 127, 1, 16, 0, request.encode())
+        self._frames = split(sent, request.TYPE)
+        self._ended: asyncio.Future[None] | None = None
+
+    async def carry(self) -> None:
+        """Send the request; return after the last frame of the response."""
+        self._ended = asyncio.get_running_loop().create_future()
+        self._port.send(self._frames)
+        await self._ended
+
+    def _received(self, frames: list[Frame]) -> None:
+        for frame in frames:
+            last_of_service = frame.id & SERVICE and frame.data[-1] & END
+            if last_of_service and self._ended is not None and not self._ended.done():
+                self._ended.set_result(None)
+
+
 def bare(size: int) -> FastAPI:
     """FastAPI as its documentation shows it. `size`: of the list of servos, bytes."""
-    app, content = FastAPI(), b"x" * size
+    content = b"x" * size
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncGenerator[None]:
+        app.state.exchange = Exchange()
+        yield
+
+    app = FastAPI(lifespan=lifespan)
 
     @app.put("/api/v1/servos/{uid}/parameters/{key}")
     async def set_parameter(
         uid: str, key: str, body: RowValue, lease: Annotated[str | None, Header()] = None
     ) -> Reading:
+        await app.state.exchange.carry()
+        return READING
+
+    @app.put("/without-exchange/{uid}/parameters/{key}")
+    async def set_nothing(uid: str, key: str, body: RowValue, lease: Annotated[str | None, Header()] = None) -> Reading:
         return READING
 
     @app.get("/api/v1/servos")

@@ -15,7 +15,7 @@ from hornbill.errors import Conflict, Unknown
 from hornbill.servo.host import Host
 from hornbill.units import Uid
 
-_UID: Final = re.compile(r"[0-9a-f]{32}")
+UNIQUE_ID: Final = re.compile(r"[0-9a-f]{32}")
 _HOST: Final[ContextVar[Host]] = ContextVar("host")
 
 NAMES: Final = "Unique ID (32 hex digits), serial number such as `61-466861`, or label"
@@ -32,7 +32,7 @@ def resolve(host: Host, name: str) -> Uid:
     A unique ID need not be known. Servos seen since the start precede those that are only in the inventory. Raises
     Unknown(unknown_servo), and Conflict if several servos have this serial number or label.
     """
-    if _UID.fullmatch(name):
+    if UNIQUE_ID.fullmatch(name):
         return Uid(name)
     found = {servo.uid for servo in host.fleet.all() if name in (servo.label, servo.serial)} if name else set[Uid]()
     if name and not found:
@@ -61,7 +61,7 @@ def servo_never_seen(name: str) -> Unknown:
 
 
 def _resolved(name: str) -> Uid:
-    return Uid(name) if _UID.fullmatch(name) else resolve(_HOST.get(), name)  # unique IDs need no host
+    return Uid(name) if UNIQUE_ID.fullmatch(name) else resolve(_HOST.get(), name)  # unique IDs need no host
 
 
 def _if_known(name: str) -> str:

@@ -16,9 +16,15 @@ from hornbill.servo.host import Host
 from hornbill.units import Uid
 
 
-async def _host(request: Request) -> Host:
+def host_of(request: Request) -> Host:
+    """Host of the application."""
     host = request.app.state.host
     assert isinstance(host, Host)
+    return host
+
+
+async def _host(request: Request) -> Host:
+    host = host_of(request)
     address_by(host)
     return host
 

@@ -1,5 +1,6 @@
 """JSON of servos for REST, encoded once per change."""
 
+import math
 from collections.abc import Iterable
 from typing import Any, Final
 
@@ -7,13 +8,14 @@ from hornbill.api import present
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
 from hornbill.servo.runtime.hub import Change
-from hornbill.units import Uid
+from hornbill.units import Instant, Uid
 
-FRESH_S: Final = 0.25
-"""Age of an angle up to which a servo is not encoded again. Angles arrive every 0.1 s, and each is a change."""
+KEPT_S: Final = 0.25
+"""Longest use of one encoding. Changes end it earlier; activities also change with time alone."""
 
 _AGE: Final = b'"age_s":'
 """The first in a servo is the age of its angle. In a text its quotes would be escaped."""
+_NOT_ENCODED: Final = (-math.inf, None, b"", b"")
 
 
 class EncodedServos:
@@ -21,8 +23,8 @@ class EncodedServos:
 
     def __init__(self, host: Host) -> None:
         self.host = host
-        self._parts: dict[Uid, tuple[bytes, bytes]] = {}
-        """JSON before and after the age."""
+        self._parts: dict[Uid, tuple[Instant, Instant | None, bytes, bytes]] = {}
+        """Time of encoding, time of the angle, and the JSON before and after the age."""
         host.hub.subscribe(self._on_change)
 
     def array(self, servos: Iterable[Servo]) -> bytes:
@@ -30,16 +32,16 @@ class EncodedServos:
         now = self.host.base.now()
         return b"[%b]" % b",".join([self._servo(one, now) for one in servos])
 
-    def _servo(self, one: Servo, now: float) -> bytes:
-        age = None if one.angle_at is None or one.busy else round(now - one.angle_at, 3)
-        parts = self._parts.get(one.uid)
-        if parts is not None and age is not None and age < FRESH_S:
-            return b"%b%b%b" % (parts[0], repr(age).encode(), parts[1])
+    def _servo(self, one: Servo, now: Instant) -> bytes:
+        encoded_at, angle_at, before, after = self._parts.get(one.uid, _NOT_ENCODED)
+        if now - encoded_at < KEPT_S and angle_at == one.angle_at:
+            age = b"null" if angle_at is None else repr(round(now - angle_at, 3)).encode()
+            return b"%b%b%b" % (before, age, after)
         made = present.servo(self.host, one)
         whole = made.model_dump_json().encode()
         if not made.commanded_by:  # commands of other nodes have ages, too
             before, _, after = whole.partition(_AGE)
-            self._parts[one.uid] = before + _AGE, after[after.index(b",") :]
+            self._parts[one.uid] = now, one.angle_at, before + _AGE, after[after.index(b",") :]
         return whole
 
     def _on_change(self, change: Change) -> None:

@@ -37,7 +37,7 @@ from hornbill.api.routes.motion import (
 from hornbill.api.routes.server import access as access_routes
 from hornbill.api.routes.server import audit, benches, health, jobs, metrics, monitoring, recorder, reports, schema, sim
 from hornbill.api.routes.servos import faults, inventory, position_unit, servos, telemetry
-from hornbill.api.routing import Routes, build_route
+from hornbill.api.routing import Dispatch, Routes, build_route
 from hornbill.api.security.access import Access
 from hornbill.api.security.guard import Guard
 from hornbill.api.security.origin import Policy
@@ -94,6 +94,7 @@ def create_api(
     app.state.measures = measures
     problems.install(app)
     app.router.routes.extend(row.route for row in table.rows)
+    app.router.middleware_stack = Dispatch(app.router.middleware_stack)
     app.openapi = lambda: document(app, catalog)
     return app
 

@@ -4,6 +4,8 @@ import asyncio
 import math
 from typing import Any, Final, Literal
 
+from pydantic import TypeAdapter
+
 from hornbill.api.problems import problem
 from hornbill.domain.bus import AdapterNote, AllocatorState, Bus, PendingAllocation, SerialLine
 from hornbill.domain.job import Job, JobStep
@@ -19,10 +21,20 @@ from hornbill.domain.motion import (
     TakeOverState,
 )
 from hornbill.domain.plan import PlanPreview, PlanServo, RunPlan
-from hornbill.domain.servo import Activity, Commander, FaultWords, LostValue, Output, PositionUnitState, TreatedAs
+from hornbill.domain.servo import (
+    Activity,
+    Commander,
+    FaultWords,
+    LostValue,
+    Output,
+    PositionUnitState,
+    Reading,
+    TreatedAs,
+)
 from hornbill.domain.servo import Servo as ServoFacts
 from hornbill.node.directory import Directory
 from hornbill.schema.scale import to_value
+from hornbill.servo.device.reading import reading
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Connection, Host
 from hornbill.servo.monitoring.commanders import CommandStream
@@ -38,6 +50,8 @@ from hornbill.wire.port import NO_PORT, CanPort, NoPort, PortState
 
 COMMAND_TYPES: Final[dict[int, Any]] = {kind: kind.name.lower() for kind in CommandType}
 """Names of the command types of ArrayCommand (table 2-21)."""
+
+_READING: Final = TypeAdapter(Reading)
 
 FULL_FRAME_BITS = 140
 """Bits of an extended frame with 8 data bytes: 131 plus typical stuffing."""
@@ -93,6 +107,11 @@ def servo(host: Host, one: Servo) -> ServoFacts:
         unacknowledged=host.faults.unacknowledged(one.uid),
         bus=host.connection.port.address if host.connection and one.online else None,
     )
+
+
+def reading_json(host: Host, one: Servo, key: str) -> bytes:
+    """JSON of the reading of one row."""
+    return _READING.dump_json(reading(one, key, host.base))
 
 
 def output(host: Host, one: Servo) -> Output:

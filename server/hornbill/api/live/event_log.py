@@ -9,14 +9,12 @@ from itertools import islice, takewhile
 from typing import Any, Final, NamedTuple
 
 import orjson
-from pydantic import TypeAdapter
 
 from hornbill import __version__
 from hornbill.api import present
 from hornbill.api.live import messages
 from hornbill.api.live.telemetry_batches import BATCH_S, TelemetryBatches
-from hornbill.domain.servo import Reading
-from hornbill.servo.device.reading import STALE_AFTER_S, reading
+from hornbill.servo.device.reading import STALE_AFTER_S
 from hornbill.servo.host import Host
 from hornbill.servo.runtime.hub import (
     BusChanged,
@@ -31,7 +29,6 @@ from hornbill.servo.runtime.hub import (
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.units import Uid
 
-READING = TypeAdapter(Reading)
 ENTRIES_KEPT: Final = 10_000
 BYTES_KEPT: Final = 8 << 20
 """Limits of a buffer; the first one reached applies."""
@@ -349,7 +346,7 @@ class EventLog:
         fleet = self.host.fleet
         for uid, key in places:
             if fleet.knows(uid) and key in (servo := fleet.get(uid)).registers:
-                packed = READING.dump_json(reading(servo, key, self.host.base)).decode()
+                packed = present.reading_json(self.host, servo, key).decode()
                 yield LogEntry("servos", "parameter", uid, f'"uid":"{uid}","reading":{packed}', f"{key} {uid}")
 
     def _now(self) -> float:

@@ -90,7 +90,7 @@ def reading(servo: Servo, key: str, base: TimeBase) -> Reading:
 def readings(servo: Servo, base: TimeBase, keys: Iterable[str] | None = None) -> dict[str, Reading]:
     """Current readings of rows of a servo, in address order; all rows by default."""
     values, now = servo.raws(), base.now()
-    found = verdicts(servo, servo.registers if keys is None else keys)
+    found = _verdicts(servo, servo.registers if keys is None else keys, values)
     return {key: _reading(servo, key, base, now, values, effect) for key, effect in found.items()}
 
 
@@ -129,8 +129,12 @@ def _reading(
 
 def verdicts(servo: Servo, keys: Iterable[str]) -> dict[str, Effect]:
     """Whether rows of a servo are in effect now. Its state takes precedence over its registers."""
+    return _verdicts(servo, keys, servo.raws())
+
+
+def _verdicts(servo: Servo, keys: Iterable[str], values: Mapping[str, Raw | None]) -> dict[str, Effect]:
     applying = [one for one in CIRCUMSTANCES if one.applies(servo)]
-    values, rows = servo.raws(), servo.registers
+    rows = servo.registers
     last = effect.in_force(values, rows)
     return {key: _verdict(servo, rows[key], applying, values, last) for key in keys}
 

@@ -1,12 +1,16 @@
 """Parameter routes: GET and PUT of a row, and GET and PATCH of the whole set."""
 
+import json
 from collections.abc import Collection
 from typing import Annotated
 
 from fastapi import Depends, Path, Query, Request
 from pydantic import Field, create_model
+from starlette.responses import Response
 
-from hornbill.api.dependencies import IfMatch, LeaseHeader, TheHost, TheServo, UidText, servo_of
+from hornbill.api import present
+from hornbill.api.addressing import UNIQUE_ID
+from hornbill.api.dependencies import IfMatch, LeaseHeader, TheHost, TheServo, UidText, host_of, servo_of
 from hornbill.api.problems import problem
 from hornbill.api.routes.configuration import rows
 from hornbill.api.routes.configuration.rows import COMMAND_PROBLEMS, READ_PROBLEMS, WRITE_PROBLEMS, RowValue
@@ -25,6 +29,7 @@ from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.reading import reading, readings
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
+from hornbill.units import Uid
 
 
 class Parameters(Model):
@@ -141,7 +146,9 @@ def _any_row(made: Routes) -> None:
         await host.requests.read(servo, row)
         return reading(servo, row.key, host.base)
 
-    @made.put("/servos/{uid}/parameters/{key}", Role.CONFIGURE, *WRITE_PROBLEMS, *COMMAND_PROBLEMS)
+    path = "/servos/{uid}/parameters/{key}"
+
+    @made.put(path, Role.CONFIGURE, *WRITE_PROBLEMS, *COMMAND_PROBLEMS, direct=_set_directly)
     async def set_parameter(
         host: TheHost,
         servo: TheServo,
@@ -152,6 +159,26 @@ def _any_row(made: Routes) -> None:
         """Write one row by key and read it back, for programs that loop over keys. Each row has a typed route, too."""
         await _write(host, servo, row, body.value, lease, body.confirm)
         return reading(servo, row.key, host.base)
+
+
+async def _set_directly(request: Request, body: bytes) -> Response | None:
+    """Response to the write of a value without confirmations, on a servo that is named by its unique ID."""
+    uid, key, host = request.path_params["uid"], request.path_params["key"], host_of(request)
+    if (
+        request.headers.get("content-type") != "application/json"
+        or not UNIQUE_ID.fullmatch(uid)
+        or key not in host.catalog.readable
+    ):
+        return None
+    try:
+        given = json.loads(body)
+    except ValueError:
+        return None
+    if not isinstance(given, dict) or given.keys() != {"value"}:
+        return None
+    servo = host.fleet.get(Uid(uid))
+    await _write(host, servo, host.changes.row(servo, key), given["value"], request.headers.get("lease"), ())
+    return Response(present.reading_json(host, servo, key), media_type="application/json")
 
 
 async def _write(

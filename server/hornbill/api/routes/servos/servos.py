@@ -7,7 +7,7 @@ from pydantic import Field
 from starlette.responses import Response
 
 from hornbill.api import present
-from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
+from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo, host_of
 from hornbill.api.encoded_servos import encoded_servos
 from hornbill.api.paging import Every
 from hornbill.api.routes.server.jobs import Wait, job_response, preview_response, starts
@@ -44,7 +44,14 @@ SAVE_PROBLEMS = (
 )  # fmt: skip
 
 
-@routes.get("/servos", Role.VIEW, "invalid_value", response_model=list[Servo])
+async def _all(request: Request, _body: bytes) -> Response | None:
+    if request.scope["query_string"]:
+        return None
+    host = host_of(request)
+    return Response(encoded_servos(request.app.state, host).array(host.fleet.all()), media_type="application/json")
+
+
+@routes.get("/servos", Role.VIEW, "invalid_value", response_model=list[Servo], direct=_all)
 async def list_servos(
     host: TheHost,
     page: Every,
