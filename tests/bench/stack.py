@@ -205,7 +205,7 @@ def requesting() -> dict[str, Any]:
 
     figures = compare_with_peer(lambda: asyncio.run(request_ours()), request_theirs, scale=PEER_SHARE, rounds=ROUNDS)
     figures |= {"us_each": round(figures["ours_s"] / READS * 1e6, 1)}
-    return line("GetSet read request and its response", figures, must=10, aim=16, peer=PYDRONECAN)
+    return line("GetSet read request and its response", figures, must=13, aim=16, peer=PYDRONECAN)
 
 
 class _Driver:

@@ -1,5 +1,6 @@
 """Frames queued in the port that have not been sent yet."""
 
+from collections.abc import Callable
 from typing import Final
 
 from hornbill.units import Instant
@@ -14,16 +15,18 @@ class Backlog:
     A dropped frame is never counted as sent. Therefore all frames count as gone 5 ms after the last was queued.
     """
 
-    def __init__(self, statistics: PortStatistics) -> None:
+    def __init__(self, statistics: PortStatistics, clock: Callable[[], Instant]) -> None:
+        self._clock = clock
         self._statistics = statistics
         self._expected = statistics.tx_frames
         self._last: Instant = float("-inf")
 
     def queue(self, frames: int, now: Instant) -> None:
         """Count frames about to be queued in the port."""
-        self._expected = max(self._expected, self._statistics.tx_frames) + frames
+        sent = self._statistics.tx_frames
+        self._expected = (sent if sent > self._expected else self._expected) + frames
         self._last = now
 
-    def is_empty(self, now: Instant) -> bool:
+    def is_empty(self) -> bool:
         """Whether all frames were sent or lost."""
-        return self._statistics.tx_frames >= self._expected or now - self._last >= _TIMEOUT_S
+        return self._statistics.tx_frames >= self._expected or self._clock() - self._last >= _TIMEOUT_S

@@ -74,9 +74,7 @@ class Lanes(Generic[T]):
         self._ready.clear()
 
     def __bool__(self) -> bool:
-        """Whether an item is ready to be taken."""
-        while self._ready and self._lanes[self._ready[0][2]].token != self._ready[0][:2]:
-            heappop(self._ready)  # superseded by an earlier position
+        """Whether an item may be ready to be taken; False if none is."""
         return bool(self._ready)
 
     def _queue(self, node_id: int, lane: _Lane[T]) -> None:

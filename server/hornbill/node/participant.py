@@ -51,8 +51,8 @@ FIRST_REQUEST_PRIORITY: Final = 16
 
 _STATUS_PERIOD_S: Final = 1.0
 _PORT_CHECK_PERIOD_S: Final = 0.05
-# Not a set: hashing an enum takes longer than three comparisons.
-_CLOSED_STATES: Final = (PortState.LOST, PortState.CONNECTING, PortState.DISCONNECTED)
+# Not a set: hashing an enum takes longer than comparing with the most frequent state.
+_OPEN_STATES: Final = (PortState.ACTIVE, PortState.PASSIVE, PortState.BUS_OFF)
 _NODE_INFO: Final = GetNodeInfoRequest.TYPE
 _RESPONSES: Final[dict[int, type[Structure]]] = {
     _NODE_INFO.id: GetNodeInfoResponse,
@@ -105,8 +105,8 @@ class Participant:
         self.last_seen: dict[int, Instant] = {}
         """Time of the last transfer of each other node, of any type."""
         self._presence = Presence(name=name, unique_id=unique_id, software_version=software_version, born=self.clock())
-        self._backlog = Backlog(port.statistics)
-        self._requests = Requests(node_id, self._transmit, self.clock, lambda: self._backlog.is_empty(self.clock()))
+        self._backlog = Backlog(port.statistics, self.clock)
+        self._requests = Requests(node_id, self._transmit, self.clock, self._backlog.is_empty)
         self._with_own_id: list[Frame] = []
         self._reassembler = Reassembler(node_id, on_own_id=self._with_own_id.append)
         self._transfer_ids: dict[int, int] = {}
@@ -196,20 +196,13 @@ class Participant:
             raise ValueError(f"Priority {priority} is outside the {FIRST_REQUEST_PRIORITY} to 31 of requests.")
         if timeout <= 0 or tries < 1:
             raise ValueError(f"timeout {timeout} s and tries {tries} must be above 0.")
-        if self.port.state in _CLOSED_STATES:
+        if self.port.state not in _OPEN_STATES:
             return self._refuse()  # at once: a request on a lost bus must not be sent when the bus is back
         if self._port_timer is None:
             self._port_timer = asyncio.get_running_loop().call_later(_PORT_CHECK_PERIOD_S, self._check_port)
-        return self._requests.request(
-            destination,
-            request,
-            _RESPONSES[request.TYPE.id],
-            priority=priority,
-            timeout_s=timeout,
-            tries=tries,
-            urgent=urgent,
-            accepts=request.matches if isinstance(request, GetSetRequest) else any_response,
-        )
+        response_type = _RESPONSES[request.TYPE.id]
+        accepts = request.matches if isinstance(request, GetSetRequest) else any_response
+        return self._requests.request(destination, request, response_type, priority, timeout, tries, urgent, accepts)
 
     def broadcast(self, message: Structure, *, priority: int) -> None:
         """Broadcast a message. `priority` is 0 (first) to 31.
@@ -302,7 +295,7 @@ class Participant:
     def _check_port(self) -> None:
         """While requests are pending, poll the port: it does not report when it is lost."""
         self._port_timer = None
-        if self.port.state in _CLOSED_STATES:
+        if self.port.state not in _OPEN_STATES:
             self._requests.fail_all(self._disconnected)
         elif self._requests.waiting:
             self._port_timer = asyncio.get_running_loop().call_later(_PORT_CHECK_PERIOD_S, self._check_port)
@@ -314,7 +307,7 @@ class Participant:
         return not_connected(self.port.address, self.port.trouble)
 
     def _transmit(self, transfer: Transfer, data_type: DataType) -> None:
-        if not self._running or self.port.state in _CLOSED_STATES:
+        if not self._running or self.port.state not in _OPEN_STATES:
             raise self._disconnected()
         frames = split(transfer, data_type)
         now = self.clock()

@@ -2,8 +2,8 @@
 
 import asyncio
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Final
+from dataclasses import dataclass
+from typing import Any, Final, cast
 
 from hornbill.errors import Busy, NoResponse
 from hornbill.node.hooks import Hooks
@@ -29,6 +29,10 @@ _WAITS: Final = float("inf")
 
 _STALL_S: Final = 0.01
 """A timer this late means that the event loop was blocked. The timeout is then extended once by this time."""
+
+_REQUEST: Final = Kind.REQUEST
+# Transfer(...) without its function call.
+_new: Final = cast("Callable[[type[Transfer], tuple[object, ...]], Transfer]", tuple.__new__)
 
 _Key = tuple[int, int, int]
 """Destination node, service type ID, transfer ID: what identifies a response."""
@@ -67,8 +71,8 @@ class _Exchange:
     tries: int
     done: "asyncio.Future[Any]"
     accepts: Callable[[Any], bool]
+    sent: dict[int, Instant]
     holds_lane: bool = False
-    sent: dict[int, Instant] = field(default_factory=dict[int, Instant])
     due: Instant = _WAITS
     grace: bool = False
 
@@ -124,7 +128,6 @@ class Requests:
         destination: int,
         request: Structure,
         response_type: type[Structure],
-        *,
         priority: int,
         timeout_s: float,
         tries: int,
@@ -136,7 +139,7 @@ class Requests:
         Raises NoResponse `timeout_s` after the last try, and the errors of `transmit`. Cancelling it frees the node
         for the next request at once.
         """
-        done: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        done: asyncio.Future[Any] = asyncio.Future()
         exchange = _Exchange(
             destination,
             request.TYPE,
@@ -147,6 +150,7 @@ class Requests:
             tries,
             done,
             accepts,
+            {},
         )
         self.counters.requests += 1
         self._alive.add(exchange)
@@ -155,20 +159,24 @@ class Requests:
                 self._try(exchange)
             else:
                 self._lanes.put(destination, priority, exchange)
-                self._pump_soon()
+                if not self._pumping:
+                    self._pump_soon()
             return await done
-        finally:
-            self._finish(exchange)
+        except BaseException:
+            done.cancel()  # a request whose caller was cancelled is no longer sent
+            self._release(exchange)
+            raise
 
     def receive(self, transfer: Transfer) -> None:
         """Process a received response: it ends its request, or is counted and dropped."""
-        key = (transfer.source, transfer.type_id, transfer.transfer_id)
+        _, type_id, source, _, _, transfer_id, payload, _ = transfer
+        key = (source, type_id, transfer_id)
         exchange = self._open.get(key)
         if exchange is None or exchange.done.done():
             self.counters.late += 1
             self._quarantined.pop(key, None)
             return
-        response = exchange.response_type.decode(transfer.payload)
+        response = exchange.response_type.decode(payload)
         if response is None:
             self.counters.malformed += 1
             return
@@ -177,13 +185,13 @@ class Requests:
             self.counters.late += 1
             return
         self.counters.responses += 1
-        sent = exchange.sent.pop(transfer.transfer_id)
+        sent = exchange.sent.pop(transfer_id)
         del self._open[key]
         exchange.done.set_result(response)
         # The node is free: send its next request without waiting for the caller to run.
         self._release(exchange)
         if self.on_round_trip:
-            self.on_round_trip.notify(transfer.source, self._clock() - sent)
+            self.on_round_trip.notify(source, self._clock() - sent)
 
     def fail_all(self, error: Callable[[], Exception]) -> None:
         """Fail every request, sent or queued, each with its own error."""
@@ -232,17 +240,13 @@ class Requests:
         try:
             transfer_id = self._next_transfer_id(destination, data_type.id, now)
             self._transmit(
-                Transfer(
-                    Kind.REQUEST,
-                    data_type.id,
-                    self._node_id,
-                    destination,
-                    exchange.priority,
-                    transfer_id,
-                    exchange.payload,
+                _new(
+                    Transfer,
+                    (_REQUEST, data_type.id, self._node_id, destination, exchange.priority, transfer_id,
+                     exchange.payload, 0.0),
                 ),
                 data_type,
-            )
+            )  # fmt: skip
         except Exception as error:
             self._release(exchange)
             if not exchange.done.done():
@@ -310,14 +314,9 @@ class Requests:
         )
         self._release(exchange)
 
-    def _finish(self, exchange: _Exchange) -> None:
-        self._alive.discard(exchange)
-        exchange.done.cancel()  # a request whose caller was cancelled is no longer sent
-        if exchange.sent or exchange.holds_lane:
-            self._release(exchange)
-
     def _release(self, exchange: _Exchange) -> None:
         """Discard the tries of a completed request and allow the next one for its node. Idempotent."""
+        self._alive.discard(exchange)
         if exchange.sent:
             now = self._clock()
             for transfer_id in exchange.sent:
@@ -336,7 +335,9 @@ class Requests:
         """The next of the 32 transfer IDs that is neither in use nor quarantined. Raises Busy."""
         # After reopening the bus, a new participant must not start with the same ID: a node that remembers it would
         # treat the request as a repetition and not respond.
-        start = self._next_ids.get((destination, type_id), int(now * 1000))
+        start = self._next_ids.get((destination, type_id))
+        if start is None:
+            start = int(now * 1000)
         spare: int | None = None
         for step in range(_TRANSFER_IDS):
             candidate = (start + step) % _TRANSFER_IDS

@@ -139,11 +139,14 @@ class Reassembler:
         # One function with local names, single-frame transfers first: the hottest loop of the program.
         transfers: list[Transfer] = []
         complete, new = transfers.append, _new
-        routes, sessions = self._routes, self._sessions
+        routes, sessions, timeout = self._routes, self._sessions, self._timeout
         stamp = at = 0.0 if now is None else now
         for can_id, data, at in frames:
             at = at or stamp
-            route = routes[can_id] if can_id in routes else self._learn(can_id)
+            try:
+                route = routes[can_id]
+            except KeyError:
+                route = self._learn(can_id)
             if route is None or not data:
                 self._drop_frame(can_id, data, at)
                 continue
@@ -164,7 +167,7 @@ class Reassembler:
                         self._drop("unexpected", can_id, data)
                     continue
                 expected, started, gathered, _ = session
-                if tail & 0x3F != expected or at - started > self._timeout:
+                if tail & 0x3F != expected or at - started > timeout:
                     self._break(can_id, session, data, at)
                     continue
                 gathered += data[:-1]

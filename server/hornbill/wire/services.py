@@ -1,10 +1,11 @@
 """The four services of a servo: GetNodeInfo, RestartNode, ExecuteOpcode and GetSet."""
 
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
-from typing import ClassVar, Final, Self
+from typing import ClassVar, Final, Self, cast
 
 from hornbill.wire.datatype import DataType, Kind
 from hornbill.wire.layout import fit, room, text_bytes
@@ -46,6 +47,7 @@ _PARAMETER_NAME_BYTES: Final = 92
 _INTEGER_RESPONSE: Final = struct.Struct("<Bq3s4s")
 _NO_LIMITS: Final = b"\0\0\0"
 _INTEGER: Final = ValueKind.INTEGER
+_new: Final = cast("Callable[[type[Value], tuple[object, ...]], Value]", tuple.__new__)
 _OK_BIT: Final = 0x80
 
 
@@ -295,7 +297,7 @@ class GetSetResponse:
             # The form servos send: an integer, three empty unions, four characters.
             tag, number, limits, name = _INTEGER_RESPONSE.unpack(payload)
             if tag == 1 and limits == _NO_LIMITS:
-                return cls(Value(_INTEGER, number), EMPTY, EMPTY, EMPTY, name.decode("latin-1"))
+                return cls(_new(Value, (_INTEGER, number)), EMPTY, EMPTY, EMPTY, name.decode("latin-1"))
         unions: list[Value] = []
         offset = 0
         for numeric in (False, False, True, True):

@@ -53,9 +53,10 @@ def split(transfer: Transfer, data_type: DataType, *, discriminator: int | None 
         can_id = _identifier(kind, type_id, source, destination, priority)
     else:
         can_id = _anonymous(transfer, discriminator)
-    fit("transfer_id", transfer_id, 31)
+    if not 0 <= transfer_id <= 31:
+        fit("transfer_id", transfer_id, 31)
     if len(payload) <= SINGLE_FRAME_BYTES:
-        return [Frame(can_id, payload + _TAILS[START | END | transfer_id])]
+        return [_new(Frame, (can_id, payload + _TAILS[START | END | transfer_id], 0.0))]
     stream = crc_hqx(payload, data_type.crc_seed).to_bytes(2, "little") + payload
     # Frame(...) without its function call: an ArrayCommand has nine frames.
     return [_new(Frame, (can_id, stream[part] + tail, 0.0)) for part, tail in _cuts(len(stream), transfer_id)]

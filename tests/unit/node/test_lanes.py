@@ -89,25 +89,26 @@ def test_every_item_is_taken_once_and_never_two_for_one_node(puts: list[tuple[in
 
 
 def test_a_backlog_is_empty_when_the_port_sent_everything() -> None:
-    statistics = PortStatistics(tx_frames=100)
-    backlog = Backlog(statistics)
-    assert backlog.is_empty(0.0)
+    statistics, now = PortStatistics(tx_frames=100), 1.002
+    backlog = Backlog(statistics, lambda: now)
+    assert backlog.is_empty()
     backlog.queue(3, 1.0)
     backlog.queue(1, 1.001)
     statistics.tx_frames = 103
-    assert not backlog.is_empty(1.002)
+    assert not backlog.is_empty()
     statistics.tx_frames = 104
-    assert backlog.is_empty(1.002)
+    assert backlog.is_empty()
 
 
 def test_dropped_frames_do_not_block_the_backlog() -> None:
-    statistics = PortStatistics()
-    backlog = Backlog(statistics)
+    statistics, now = PortStatistics(), 1.004
+    backlog = Backlog(statistics, lambda: now)
     backlog.queue(3, 1.0)
-    assert not backlog.is_empty(1.004)
-    assert backlog.is_empty(1.006)
-    statistics.tx_frames = 10  # another sender on the same port
+    assert not backlog.is_empty()
+    now = 1.006
+    assert backlog.is_empty()
+    statistics.tx_frames, now = 10, 2.0  # another sender on the same port
     backlog.queue(1, 2.0)
-    assert not backlog.is_empty(2.0)
+    assert not backlog.is_empty()
     statistics.tx_frames = 11
-    assert backlog.is_empty(2.0)
+    assert backlog.is_empty()
