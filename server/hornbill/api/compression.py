@@ -24,8 +24,12 @@ class JsonGzip:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Forward the request."""
-        app = self._gzip if scope["type"] == "http" and _is_json(scope.get(ROW)) else self._plain
-        await app(scope, receive, send)
+        fits = scope["type"] == "http" and _accepts_gzip(scope) and _is_json(scope.get(ROW))
+        await (self._gzip if fits else self._plain)(scope, receive, send)
+
+
+def _accepts_gzip(scope: Scope) -> bool:
+    return any(name == b"accept-encoding" and b"gzip" in value for name, value in scope["headers"])
 
 
 def _is_json(row: RouteRole | None) -> bool:
