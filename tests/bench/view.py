@@ -1,4 +1,4 @@
-"""The 3D view of twelve moving servos: share of a core that the server takes in addition while it is shown."""
+"""The 3D view of twelve moving servos: frames drawn in software, and the share of a core that the server takes."""
 
 import statistics
 import threading
@@ -7,20 +7,30 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import httpx
+from playwright.sync_api import Frame, sync_playwright
 
 from bench.line import line
 from bench.processes import cpu_s, wait_until_ready
+from e2e.chromium import find
 from e2e.servers import running_demo
 from unit.view.onlooker import CAMERA, Onlooker
 
 SERVOS = 12
-ROUNDS = 4
+ROUNDS = 3
 SHOWN_S = 5.0
 FRAME = f"viser/{'0' * 32}/"
+SLOWEST_FRAME_MS = 1000 / 30
+DRAWN = "window.__viserTestpoints.rendererInfo.render.frame"
+SHOWN = "() => Object.keys(window.__viserSceneTree?.getState() ?? {}).some(name => name.startsWith('/crowd/horn-far'))"
+HIDE = "() => window.__viserMutable.scene.traverse(one => one.layers.set(1))"
+"""Leaves an empty scene: what viser, the canvas and the page around it cost."""
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """CPU time with a client of viser minus that without, in turn. The servos are simulated in the same process."""
+    """CPU time with a client of viser minus that without, in turn. The servos are simulated in the same process.
+
+    Then the frames that viser renders in low quality, without a graphics card: of the wall, and of an empty scene.
+    """
     with running_demo("--servos", str(SERVOS), "--seed", "1") as (process, url):
         wait_until_ready(url, SERVOS)
         over = threading.Event()
@@ -37,11 +47,41 @@ def figures() -> Iterator[dict[str, Any]]:
                 onlooker.messages.clear()
                 shares.append(_share(process.pid, lambda: onlooker.read_for(SHOWN_S)) - alone)
                 messages = len(onlooker.messages)
+        frames = _frames(url)
         over.set()
         moving.join()
     assert messages > 0, "nothing was shown"
     found = {"servos": SERVOS, "core_pct": round(100 * statistics.median(shares), 1), "messages": messages}
     yield line("3D view of twelve moving servos: server", found, of="core_pct", must=5, limit="a twentieth of a core")
+
+    name = "3D view of twelve moving servos: a frame drawn in software"
+    yield line(name, frames, of="ms", must=SLOWEST_FRAME_MS, limit="two frames of a screen at 60 Hz")
+
+
+def _frames(url: str) -> dict[str, Any]:
+    path = find()
+    assert path is not None, "no Chromium: 'make chromium' finds or installs one"
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page.goto(url + "servos?view=wall")
+        page.locator("[data-testid=wall][data-state=shown]").wait_for(timeout=60_000)
+        (frame,) = (one for one in page.frames if "/viser/" in one.url)
+        frame.wait_for_function(SHOWN, timeout=60_000)
+        page.wait_for_timeout(4000)
+        wall = _frame_ms(frame)
+        triangles = frame.evaluate("window.__viserTestpoints.rendererInfo.render.triangles")
+        frame.evaluate(HIDE)
+        empty = _frame_ms(frame)
+        browser.close()
+    return {"ms": wall, "empty_ms": empty, "frames_per_s": round(1000 / wall, 1), "triangles": triangles}
+
+
+def _frame_ms(frame: Frame) -> float:
+    """Mean time from one rendered frame to the next: frames that the browser does not draw do not count."""
+    drawn, began = frame.evaluate(DRAWN), time.monotonic()
+    frame.page.wait_for_timeout(SHOWN_S * 1000)
+    return round(1000 * (time.monotonic() - began) / max(1, frame.evaluate(DRAWN) - drawn), 1)
 
 
 def _share(pid: int, act: Callable[[], object]) -> float:

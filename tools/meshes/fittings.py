@@ -48,6 +48,13 @@ def plate(case: Case, *, steps: int, spacing: float | None = None) -> Surface:
     return slab(outline, case.top - 0.3, case.top + 0.22, bevel=0.12, steps=steps, spacing=spacing, bottom=False)
 
 
+def flat_plate(case: Case) -> Surface:
+    """The name plate as one face."""
+    left, right = _plate_ends(case)
+    half = case.half_width * 0.62
+    return cap(rounded_rectangle(left, right, -half, half, case.small, corner=1, spacing=60.0), case.top + 0.22)
+
+
 def _plate_ends(case: Case) -> tuple[float, float]:
     return case.back + 5.6 * case.small, -case.boss - 2.0 * case.small
 

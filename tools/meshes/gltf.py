@@ -22,11 +22,13 @@ class Material:
     rough: float
     shadow: bool = False
     """Black and unlit, with the missing baked light as opacity: the shadow of the model."""
+    unlit: bool = False
+    """The baked light is the colour that is seen."""
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A surface in one material, with the baked light of each point (0..1)."""
+    """A surface in one material, with the baked light of each point (0..1), or its linear colour if unlit (n, 3)."""
 
     material: Material
     surface: Surface
@@ -55,19 +57,19 @@ def encode(parts: Sequence[Part]) -> bytes:
         )
         return len(accessors) - 1
 
+    # Dark linear colours need more than a byte, and viser joins only parts of one type.
+    exact = any(part.material.unlit for part in parts)
     primitives: list[dict[str, object]] = []
     for index, part in enumerate(parts):
         points = np.round(part.surface.points * MM, 5).astype("<f4")
         normals = np.round(part.surface.normals(), 4).astype("<f4")
-        shade = np.repeat(np.round(part.light * 255)[:, None], 4, axis=1).astype("u1")
-        shade[:, 3] = 255
-        if part.material.shadow:
-            shade = np.where([False, False, False, True], 255 - shade[:, :1], 0).astype("u1")
+        shades = _shades(part)
+        shades = np.round(shades, 4).astype("<f4") if exact else np.round(shades * 255).astype("u1")
         corners = part.surface.triangles.astype("<u2" if len(points) < 65536 else "<u4").reshape(-1)
         attributes = {
             "POSITION": add(points, "VEC3", 5126, 34962, min=_row(points.min(0)), max=_row(points.max(0))),
             "NORMAL": add(normals, "VEC3", 5126, 34962),
-            "COLOR_0": add(shade, "VEC4", 5121, 34962, normalized=True),
+            "COLOR_0": add(shades, "VEC4", 5126 if exact else 5121, 34962, normalized=not exact),
         }
         indices = add(corners, "SCALAR", 5123 if corners.dtype == np.dtype("<u2") else 5125, 34963)
         primitives.append({"attributes": attributes, "indices": indices, "material": index})
@@ -97,6 +99,14 @@ def encode(parts: Sequence[Part]) -> bytes:
     )
 
 
+def _shades(part: Part) -> NDArray[np.float64]:
+    """Red, green, blue and opacity of the points."""
+    if part.material.shadow:
+        return np.column_stack((np.zeros((len(part.light), 3)), 1.0 - part.light))
+    rgb = part.light if part.material.unlit else np.repeat(part.light[:, None], 3, axis=1)
+    return np.column_stack((rgb, np.ones(len(rgb))))
+
+
 def _material(material: Material) -> dict[str, object]:
     surface = {
         "baseColorFactor": [*linear(material.srgb), 1.0],
@@ -104,8 +114,10 @@ def _material(material: Material) -> dict[str, object]:
         "roughnessFactor": material.rough,
     }
     made: dict[str, object] = {"name": material.name, "pbrMetallicRoughness": surface}
+    if material.shadow or material.unlit:
+        made |= {"extensions": {"KHR_materials_unlit": {}}}
     if material.shadow:
-        made |= {"alphaMode": "BLEND", "extensions": {"KHR_materials_unlit": {}}}
+        made |= {"alphaMode": "BLEND"}
     return made
 
 

@@ -4,7 +4,7 @@ from tools.meshes import materials as m
 from tools.meshes.gltf import Part
 from tools.meshes.occlusion import Occlusion, Solid
 from tools.meshes.outline import arm, circle, hexagon
-from tools.meshes.surface import at, join, lathe, loft, slab
+from tools.meshes.surface import at, cap, join, lathe, loft, slab
 
 LENGTH = 24.0
 """From the shaft to the middle of the tip's round, mm."""
@@ -64,8 +64,26 @@ def far() -> list[Part]:
     ]
 
 
-def ghost() -> list[Part]:
+def coarse() -> list[Part]:
+    """The horn with a third of the triangles of the simple one, for overviews in software."""
+    outline = arm(_ROOT, TIP, LENGTH, notch=1.7, corner=2, spacing=30.0)
+    blade = join([loft([at(outline, _LOW), at(outline, _HIGH)]), cap(outline, _HIGH)])
+    hub = lathe([(6.4, 0.2), (6.4, 5.25), (0.0, 5.25)], 12)
+    occlusion = Occlusion([Solid(outline, _LOW, _HIGH), Solid(circle(6.4, 20), 0.0, 5.25)], floor=False)
+    horn = join([blade, hub])
+    screw = lathe([(3.4, 5.2), (3.4, 6.4), (0.0, 6.4)], 8)
+    return [
+        Part(m.HORN, horn, occlusion.light(horn, strength=0.8)),
+        Part(m.STEEL, screw, occlusion.light(screw, strength=0.8)),
+    ]
+
+
+def ghost(*, fine: bool) -> list[Part]:
     """The blade only, slightly thinner, so that it is hidden inside a horn at its target."""
-    outline = arm(_ROOT, TIP, LENGTH, notch=1.7, corner=6, spacing=12.0)
-    blade = slab(outline, _LOW + 0.06, _HIGH - 0.06, bevel=0.4, steps=2)
+    outline = arm(_ROOT, TIP, LENGTH, notch=1.7, corner=6 if fine else 2, spacing=12.0 if fine else 30.0)
+    low, high = _LOW + 0.06, _HIGH - 0.06
+    if fine:
+        blade = slab(outline, low, high, bevel=0.4, steps=2)
+    else:
+        blade = join([loft([at(outline, low), at(outline, high)]), cap(outline, high), cap(outline, low, up=False)])
     return [Part(m.HORN, blade, Occlusion([Solid(circle(1.0, 8), -60.0, -59.0)], floor=False).light(blade))]

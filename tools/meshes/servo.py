@@ -86,6 +86,31 @@ def far(case: Case) -> list[Part]:
     return _shaded(case, surfaces, rings=3)
 
 
+def coarse(case: Case) -> list[Part]:
+    """The outline with a third of the triangles of the simple model, for overviews in software."""
+    wall = _wall(case, corner=2, spacing=60.0)
+    ears, holes = _ears(case, corner=1, rim=6, spacing=60.0)
+    boss = lathe(
+        [(case.boss, case.top), (case.boss, case.top + 1.5 * case.small), (0.0, case.top + 1.5 * case.small)], 12
+    )
+    ends = [
+        loft([at(wall, 0.0), at(wall, case.seam_low)]),
+        slab(wall, case.seam_high, case.top, bevel=1.3, steps=1, bottom=False),
+    ]
+    middle = [
+        loft([at(wall, case.seam_low), at(wall, case.seam_high)]),
+        loft([at(ears, case.ear_top - case.ear_thickness), at(ears, case.ear_top)]),
+        cap(ears, case.ear_top, holes=holes),
+    ]
+    surfaces = [
+        (m.CAP, join([*ends, boss])),
+        (m.PLAIN, join(middle)),
+        (m.BRASS, lathe([(2.9 * case.small, case.top), (2.9 * case.small, case.hub + 1)], 6)),
+        (m.PLATE, fittings.flat_plate(case)),
+    ]
+    return _shaded(case, surfaces, rings=2)
+
+
 def _solids(case: Case) -> list[Solid]:
     """Solids that block light: case, ears, boss and the hub of the horn, which is the same at every angle."""
     k = case.small

@@ -8,7 +8,7 @@ import viser
 from numpy.typing import NDArray
 
 from hornbill.view.case import ARC_HEIGHT, ARC_REACH, CASES, HORN_REACH, Vector
-from hornbill.view.geometry import Points, horn_wxyz, scale_lines, wrapped
+from hornbill.view.geometry import Points, horn_wxyz, ribbons, scale_lines, wrapped
 from hornbill.view.layout import Placed
 from hornbill.view.models import FAR, Name, glb, triangles
 from hornbill.view.palette import Palette
@@ -22,7 +22,9 @@ _ANGLE_DECIMALS = 1
 _REACHED_DEG = 0.5
 """A command within this distance of the horn counts as reached and shows no ghost."""
 _ARC = HORN_REACH * ARC_REACH
-_NO_LINES = np.zeros((1, 2, 3), dtype=np.float32)
+_COARSE_STEPS = 32
+_RIBBON = 0.035
+"""Width of an arc in low quality, where lines of constant width on the screen cost more than the servos do."""
 
 
 class _Copy(NamedTuple):
@@ -60,7 +62,7 @@ class Crowd:
         self._quality: Quality = quality
         self._filled: dict[str, list[_Copy]] = {}
         """Copies by the name of their node."""
-        self._arcs: viser.LineSegmentsHandle | None = None
+        self._arcs: viser.LineSegmentsHandle | viser.MeshHandle | None = None
         self._drawn: tuple[tuple[Vector, float, float, float], ...] = ()
 
     def look(self, colours: Palette, quality: Quality) -> None:
@@ -70,8 +72,7 @@ class Crowd:
             model.visible = made_for == quality
         for name, overlay in self._overlays.items():
             overlay.batched_colors = np.array(self._colour(name), dtype=np.uint8)
-        if self._arcs is not None:
-            self._arcs.colors = np.array(colours.limit, dtype=np.uint8)
+        self._drawn = ()
 
     def show(self, servos: Sequence[Placed], *, limits: bool) -> None:
         """Draw these servos, with `limits` also their limit arcs. Call it inside `client.atomic()`."""
@@ -97,7 +98,7 @@ class Crowd:
         self._show_limits(servos if limits else ())
 
     def _show_limits(self, servos: Sequence[Placed]) -> None:
-        """Draw all arcs as one node, rebuilt when a limit or a position changes, which is rare."""
+        """Draw all arcs as one node, made again when a limit, a position or the look changes, which is rare."""
         wanted: list[tuple[Vector, float, float, float]] = []
         for servo in servos:
             pose, case = servo.pose, servo.case
@@ -110,19 +111,40 @@ class Crowd:
         if tuple(wanted) == self._drawn:
             return
         self._drawn = tuple(wanted)
-        pieces: list[Points] = [
+        if self._arcs is not None:
+            self._arcs.remove()
+            self._arcs = None
+        if not wanted:
+            return
+        if self._quality == "low":
+            corners = np.concatenate(
+                [
+                    ribbons(scale_lines(cw, ccw, _ARC, tick=0.0, end=0.16, steps=_COARSE_STEPS), _RIBBON) * size
+                    + np.array(middle, dtype=np.float32)
+                    for middle, size, cw, ccw in wanted
+                ]
+            ).reshape(-1, 3)
+            self._arcs = self._scene.add_mesh_simple(
+                "/crowd/arcs",
+                corners,
+                np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
+                color=self._colours.limit_face,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            return
+        lines: list[Points] = [
             scale_lines(cw, ccw, _ARC, tick=0.0, end=0.16) * size + np.array(middle, dtype=np.float32)
             for middle, size, cw, ccw in wanted
         ]
-        lines = np.concatenate(pieces).astype(np.float32) if pieces else _NO_LINES
-        if self._arcs is None:
-            if not pieces:
-                return
-            self._arcs = self._scene.add_line_segments(
-                "/crowd/arcs", lines, colors=self._colours.limit, thickness=1.5, thickness_units="screen"
-            )
-        else:
-            self._arcs.points = lines
+        self._arcs = self._scene.add_line_segments(
+            "/crowd/arcs",
+            np.concatenate(lines).astype(np.float32),
+            colors=self._colours.limit,
+            thickness=1.5,
+            thickness_units="screen",
+        )
 
     def _fill_model(self, name: Name, copies: list[_Copy]) -> None:
         key = (name, self._quality)
@@ -142,7 +164,7 @@ class Crowd:
 
     def _fill_overlay(self, name: Literal["stale", "ghosts"], copies: list[_Copy]) -> None:
         if name not in self._overlays and copies:
-            points, faces = triangles("horn-far" if name == "stale" else "horn-ghost")
+            points, faces = triangles("horn-far-low" if name == "stale" else "horn-ghost-far")
             self._overlays[name] = self._scene.add_batched_meshes_simple(
                 f"/crowd/{name}",
                 points,

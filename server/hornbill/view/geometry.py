@@ -68,14 +68,17 @@ def origin_mark(radius: float, size: float) -> Points:
     )
 
 
-def scale_lines(cw_deg: float, ccw_deg: float, radius: float, *, tick: float, end: float) -> Points:
+def scale_lines(
+    cw_deg: float, ccw_deg: float, radius: float, *, tick: float, end: float, steps: int = ARC_STEPS
+) -> Points:
     """The limit scale as (n, 2, 3) line segments: arc, a tick every 10°, a longer tick every 30°, and both ends.
 
-    `tick` and `end`: lengths outwards from `radius`. A long tick is twice as long as a short one. 0: no ticks.
+    `tick` and `end`: lengths outwards from `radius`. A long tick is twice as long as a short one. 0: no ticks. `steps`:
+    segments of the arc.
     """
     first, last = span(cw_deg, ccw_deg)
     closed = last - first >= 360.0
-    arc = rim(np.linspace(first, last, ARC_STEPS + 1), radius)
+    arc = rim(np.linspace(first, last, steps + 1), radius)
     pieces = [np.stack((arc[:-1], arc[1:]), axis=1)]
     tens = [ten * 10.0 for ten in range(-18, 18)] if closed else _tens(first, last)
     if not closed:
@@ -104,3 +107,12 @@ def dashed(outline: NDArray[np.floating], dash: float, gap: float) -> Points:
     knots = np.array([[start, start + share / 2, start + share] for start in starts])
     points = np.stack([np.interp(knots, walked, closed[:, axis]) for axis in range(3)], axis=-1)
     return np.concatenate((points[:, :2], points[:, 1:])).astype(np.float32)
+
+
+def ribbons(lines: NDArray[np.floating], width: float) -> Points:
+    """Level (n, 2, 3) line segments as quads of this width: (2 n, 3, 3) triangles, facing up."""
+    along = lines[:, 1] - lines[:, 0]
+    aside = np.column_stack((-along[:, 1], along[:, 0], np.zeros(len(along))))
+    aside *= width / 2 / np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-9)
+    a, b, c, d = lines[:, 0] - aside, lines[:, 1] - aside, lines[:, 1] + aside, lines[:, 0] + aside
+    return np.concatenate((np.stack((a, b, c), axis=1), np.stack((a, c, d), axis=1))).astype(np.float32)

@@ -15,7 +15,7 @@ from hornbill.view.view_settings import Quality
 
 Name: TypeAlias = Literal[
     "bla21-near", "bla21-far", "bla15-near", "bla15-far", "plain-near", "plain-far",
-    "horn-near", "horn-far", "horn-ghost",
+    "horn-near", "horn-far", "horn-far-low", "horn-ghost", "horn-ghost-far",
 ]  # fmt: skip
 NEAR: dict[str, Name] = {"bla21": "bla21-near", "bla15": "bla15-near", "plain": "plain-near"}
 FAR: dict[str, Name] = {"bla21": "bla21-far", "bla15": "bla15-far", "plain": "plain-far"}
@@ -29,20 +29,8 @@ _FOLDER = Path(__file__).resolve().parent / "meshes"
 
 @cache
 def glb(name: Name, quality: Quality) -> bytes:
-    """A model file. In low quality there is no metal, because metal is black without reflections."""
-    content = (_FOLDER / f"{name}.glb").read_bytes()
-    if quality == "high":
-        return content
-    document, blob = _parts(content)
-    for material in document["materials"]:
-        surface = material["pbrMetallicRoughness"]
-        dull = 1.0 - 0.6 * surface["metallicFactor"]
-        surface["baseColorFactor"][:3] = [dull * channel for channel in surface["baseColorFactor"][:3]]
-        surface["metallicFactor"] = 0.0
-        surface["roughnessFactor"] = 0.9
-    text = json.dumps(document, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    return struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(blob), len(text), b"JSON") + text + blob
+    """A model file. In low quality it has few triangles, and the light is in its colours."""
+    return (_FOLDER / f"{name}{'-low' if quality == 'low' else ''}.glb").read_bytes()
 
 
 @cache

@@ -28,6 +28,16 @@ _PATCHES = (
     ),
     # three.js warns about its own clock, which viser's libraries use.
     (rb"\b\w{1,4}\(`Clock: This module has been deprecated\. Please use THREE\.Timer instead\.`\)", b"void 0"),
+    # Antialiasing and a kept picture double the time of a frame drawn in software.
+    (
+        rb"\bgl:\{preserveDrawingBuffer:!0,",
+        b"gl:{antialias:!/quality=low/.test(location.search),preserveDrawingBuffer:!1,",
+    ),
+    # A background image, which our scenes do not have, is a full picture of pixels to discard.
+    (
+        rb"\b(\w)\.uniforms\.cameraNear\.value=\w\.near,(?=\1\.uniforms\.cameraFar)",
+        b"n.visible=!1,",
+    ),
 )
 """Patches of viser's program: pattern and replacement. Each pattern occurs at most once."""
 _STYLE = """<style>

@@ -55,6 +55,7 @@ class Stage:
         high = quality == "high"
         self._floor.cell_color = colours.cell
         self._floor.section_color = colours.section
+        self._floor.visible = high or not wall
         self._floor.cell_thickness = self._floor.section_thickness = 0.0 if wall else 0.8
         self._floor.shadow_opacity = colours.shadow if high else 0.0
         self._key.cast_shadow = high
