@@ -71,7 +71,13 @@ def bus_time(count: int, *, must: float, aim: float) -> dict[str, Any]:
             "rows": len(ROWS), "requests_each": round(len(exchanges) / count, 1), "bus_s": round(took, 4),
             "limit_s": round(limit, 4), "ratio": round(took / limit, 3),
         }  # fmt: skip
-        return line(f"apply a profile to {count}, with snapshot and read-back: bus time", figures, must=must, aim=aim)
+        return line(
+            f"apply a profile to {count}, with snapshot and read-back: bus time",
+            figures,
+            must=must,
+            aim=aim,
+            limit="the bits of the frames",
+        )
 
     return play(
         scene, *(Recipe(ALL_ROWS, FIRMWARE, servo_id=n, node_id=n, rom=TORQUE_OFF) for n in range(1, count + 1))
@@ -96,7 +102,12 @@ def cpu_time(*, must: float) -> dict[str, Any]:
             await requests_alone(host, servos, times=3, rows=[row.key for row in ROWS])
             pairs.append((between - began, time.process_time() - between))
         figures = {"rows": len(ROWS), **compared(pairs)}
-        return line(f"apply a profile to {MANY}: CPU of the host, of that of its requests", figures, must=must)
+        return line(
+            f"apply a profile to {MANY}: CPU of the host, of that of its requests",
+            figures,
+            must=must,
+            limit="its requests alone",
+        )
 
     crowd = WritableCrowd(MANY)
     return clock.run(with_host(scene, lambda: CrowdPort(crowd)))

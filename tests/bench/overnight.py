@@ -24,5 +24,11 @@ def figures() -> Iterator[dict[str, Any]]:
         "undecided": tally.undecided, "injections": tally.injected.total(), "requests": tally.outcomes.total(),
         "cpu_s": round(took), "virtual_s_per_cpu_s": round(hours * 3600 / took, 1),
     }  # fmt: skip
-    yield line("reports of an overnight rig under chaos, compared with the truth", shown, of="untrue", must=0)
+    yield line(
+        "reports of an overnight rig under chaos, compared with the truth",
+        shown,
+        of="untrue",
+        must=0,
+        limit="the truth of the simulator",
+    )
     check(tally, hours)

@@ -16,8 +16,8 @@ from e2e.servers import running_demo
 
 SERVOS = 16
 HZ = 50
-MEASURED_S = 10.0
-WARM_S = 6.0
+MEASURED_S = 5.0
+WARM_S = 3.0
 SLOWEST_DRAW_MS = 1000 / 30
 SCREEN = "two frames of a screen at 60 Hz"
 FLAT_MB = 2.0

@@ -45,7 +45,9 @@ def bus_time(count: int, *, must: float, aim: float) -> dict[str, Any]:
         took, rows = await _read(await rig.ready(count), rig.host)
         limit = rows * READ_S / (1 - count * STREAM_SHARE)
         figures = {"rows": rows, "bus_s": round(took, 4), "limit_s": round(limit, 4), "ratio": round(took / limit, 3)}
-        return line(f"read every parameter of {count}: bus time", figures, must=must, aim=aim)
+        return line(
+            f"read every parameter of {count}: bus time", figures, must=must, aim=aim, limit="the bits of the frames"
+        )
 
     return play(scene, *_recipes(count))
 
@@ -66,7 +68,12 @@ def cpu_time(*, must: float) -> dict[str, Any]:
             await requests_alone(host, servos, times=1)
             pairs.append((between - began, time.process_time() - between))
         figures = {"rows": rows, **compared(pairs)}
-        return line(f"read every parameter of {MANY}: CPU of the host, of that of its requests", figures, must=must)
+        return line(
+            f"read every parameter of {MANY}: CPU of the host, of that of its requests",
+            figures,
+            must=must,
+            limit="its requests alone",
+        )
 
     crowd = Crowd(CATALOG, MANY)
     return clock.run(with_host(scene, lambda: CrowdPort(crowd)))
