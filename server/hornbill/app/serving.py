@@ -22,7 +22,6 @@ from starlette.types import ASGIApp
 from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
 from hornbill.api.live.event_stream import end_streams
-from hornbill.api.routing import build_route
 from hornbill.app.request_timeouts import RequestLimits, RequestTimeouts, TimedConnection
 from hornbill.errors import CannotStart
 from hornbill.virtual_time import MAX_SPEED, VirtualLoop
@@ -30,9 +29,6 @@ from hornbill.virtual_time import MAX_SPEED, VirtualLoop
 SWITCH_S = 0.0005
 """Thread switch interval. Python's default of 5 ms would delay the event loop, including a stop, whenever the thread of
 an adapter processes a burst of frames."""
-
-BUILD_S: Final = 0.01
-"""Pause after each route that is built, s."""
 
 REPEAT_S = 10.0
 """Minimum interval between log lines about malformed requests."""
@@ -104,16 +100,7 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tupl
         gc.enable()
         url = url_of(listening, "https" if tls else "http")
         print(announce.format(url=url), flush=True)  # noqa: T201 - the one line a user waits for
-        building = asyncio.create_task(_build_routes(app))
-        running.add_done_callback(lambda _: building.cancel())
     await running
-
-
-async def _build_routes(app: FastAPI) -> None:
-    """Build one route after another, so that no first request keeps the event loop busy for long."""
-    for route in app.routes:
-        build_route(route)
-        await asyncio.sleep(BUILD_S)
 
 
 def check_certificate(config: uvicorn.Config) -> None:

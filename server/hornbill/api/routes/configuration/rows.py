@@ -90,8 +90,9 @@ def _declare(made: Routes, catalog: Catalog, row: Parameter) -> None:
 @cache
 def reading_types(catalog: Catalog) -> dict[str, type[Model]]:
     """Reading type of each row, by key: one per kind, and one per list of choices."""
-    made: dict[str, type[Model]] = {}
-    return {row.key: made.setdefault(_reading(row), _reading_type(row)) for row in catalog.readable.values()}
+    rows = catalog.readable.values()
+    made = {name: _reading_type(row) for name, row in {_reading(row): row for row in rows}.items()}
+    return {row.key: made[_reading(row)] for row in rows}
 
 
 @cache
