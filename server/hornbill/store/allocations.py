@@ -7,8 +7,8 @@ from sqlalchemy import Select, select, update
 
 from hornbill.errors import InvalidValue, OutOfRange, Unknown
 from hornbill.store.database import Database
-from hornbill.store.repository import Repository
-from hornbill.store.tables import AllocationRow
+from hornbill.store.repository import Repository, put, row_at
+from hornbill.store.tables import ALLOCATIONS
 from hornbill.units import NodeId, Uid
 
 LOWEST, HIGHEST = 1, 125
@@ -25,27 +25,27 @@ class AllocationEntry:
     last_seen: float | None
 
 
-class AllocationStore(Repository[AllocationRow, AllocationEntry]):
+class AllocationStore(Repository[AllocationEntry]):
     """The allocation table, by unique ID. A node that was dropped counts as new at its next request."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        super().__init__(database, wall, AllocationRow, AllocationEntry)
-        self._mine = AllocationRow.bench == database.bench
+        super().__init__(database, wall, ALLOCATIONS, AllocationEntry)
+        self._mine = ALLOCATIONS.c.bench == database.bench
 
     def rows(self) -> list[AllocationEntry]:
         """All rows, by node ID."""
-        return self._facts(select(AllocationRow).where(self._mine).order_by(AllocationRow.node_id))
+        return self._facts(select(ALLOCATIONS).where(self._mine).order_by(ALLOCATIONS.c.node_id))
 
     def entries(self) -> dict[Uid, NodeId]:
         """Node IDs by unique ID."""
-        with self._database.reading() as session:
-            found = session.execute(select(AllocationRow.uid, AllocationRow.node_id).where(self._mine))
+        with self._database.reading() as connection:
+            found = connection.execute(select(ALLOCATIONS.c.uid, ALLOCATIONS.c.node_id).where(self._mine))
             return {Uid(uid): NodeId(node_id) for uid, node_id in found}
 
     def pinned(self, uid: Uid) -> bool:
         """Whether a user pinned this node's ID."""
-        with self._database.reading() as session:
-            return bool(session.scalar(select(AllocationRow.pinned).where(self._mine, AllocationRow.uid == uid)))
+        with self._database.reading() as connection:
+            return bool(connection.scalar(select(ALLOCATIONS.c.pinned).where(self._mine, ALLOCATIONS.c.uid == uid)))
 
     def record(self, uid: Uid, node_id: NodeId) -> None:
         """Record an allocation. A pin of the same ID stays; a pin of another ID ends.
@@ -53,42 +53,33 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
         Raises InvalidValue if the ID belongs to another node.
         """
         now = self._wall()
-        with self._database.transaction() as session:
-            self._check_free(session.scalar(self._owner(node_id)), uid, node_id)
-            row = session.get(AllocationRow, self._identity(uid))
-            if row is None:
-                session.add(
-                    AllocationRow(
-                        bench=self._database.bench,
-                        uid=uid,
-                        node_id=node_id,
-                        pinned=False,
-                        first_seen=now,
-                        last_seen=now,
-                    )
-                )
-                return
-            row.pinned = row.pinned and row.node_id == node_id
-            row.node_id = node_id
-            row.first_seen = row.first_seen or now
-            row.last_seen = now
+        with self._database.transaction() as connection:
+            self._check_free(connection.scalar(self._owner(node_id)), uid, node_id)
+            row = row_at(connection, ALLOCATIONS, *self._identity(uid))
+            values = {
+                "node_id": node_id,
+                "pinned": row is not None and row["pinned"] and row["node_id"] == node_id,
+                "first_seen": (row and row["first_seen"]) or now,
+                "last_seen": now,
+            }
+            put(connection, ALLOCATIONS, self._identity(uid), values)
 
     def seen(self, uids: Collection[Uid]) -> None:
         """Record that these nodes are online now. Nodes without a row are ignored."""
         if uids:
-            with self._database.transaction() as session:
-                session.execute(
-                    update(AllocationRow).where(self._mine, AllocationRow.uid.in_(uids)).values(last_seen=self._wall())
+            with self._database.transaction() as connection:
+                connection.execute(
+                    update(ALLOCATIONS).where(self._mine, ALLOCATIONS.c.uid.in_(uids)).values(last_seen=self._wall())
                 )
 
     def idle(self, longer_than_s: float) -> list[Uid]:
         """Unpinned nodes not seen for more than `longer_than_s`, longest unseen first."""
         before = self._wall() - longer_than_s
-        with self._database.reading() as session:
-            found = session.scalars(
-                select(AllocationRow.uid)
-                .where(self._mine, AllocationRow.pinned.is_(False), AllocationRow.last_seen < before)
-                .order_by(AllocationRow.last_seen)
+        with self._database.reading() as connection:
+            found = connection.scalars(
+                select(ALLOCATIONS.c.uid)
+                .where(self._mine, ALLOCATIONS.c.pinned.is_(False), ALLOCATIONS.c.last_seen < before)
+                .order_by(ALLOCATIONS.c.last_seen)
             )
             return [Uid(uid) for uid in found]
 
@@ -106,22 +97,9 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
                 requested=node_id,
                 cause="node_id_out_of_range",
             )
-        with self._database.transaction() as session:
-            self._check_free(session.scalar(self._owner(node_id)), uid, node_id)
-            row = session.get(AllocationRow, self._identity(uid))
-            if row is None:
-                session.add(
-                    AllocationRow(
-                        bench=self._database.bench,
-                        uid=uid,
-                        node_id=node_id,
-                        pinned=True,
-                        first_seen=None,
-                        last_seen=None,
-                    )
-                )
-            else:
-                row.node_id, row.pinned = node_id, True
+        with self._database.transaction() as connection:
+            self._check_free(connection.scalar(self._owner(node_id)), uid, node_id)
+            put(connection, ALLOCATIONS, self._identity(uid), {"node_id": node_id, "pinned": True})
 
     @staticmethod
     def _check_free(owner: str | None, uid: Uid, node_id: NodeId) -> None:
@@ -142,4 +120,4 @@ class AllocationStore(Repository[AllocationRow, AllocationEntry]):
         )
 
     def _owner(self, node_id: NodeId) -> Select[str]:
-        return select(AllocationRow.uid).where(self._mine, AllocationRow.node_id == node_id)
+        return select(ALLOCATIONS.c.uid).where(self._mine, ALLOCATIONS.c.node_id == node_id)

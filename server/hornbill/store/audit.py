@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final, cast
 
-from sqlalchemy import insert, select
+from sqlalchemy import RowMapping, insert, select
 
 from hornbill.domain.note import Note
 from hornbill.store.database import Database
-from hornbill.store.tables import HIGHEST_ID, AuditRecord, Json, storable
+from hornbill.store.tables import AUDIT, HIGHEST_ID, Json, storable
 from hornbill.units import Uid
 
 
@@ -47,7 +47,7 @@ class AuditEntry:
     bench: str | None = None
 
 
-_ADD: Final = insert(AuditRecord)
+_ADD: Final = insert(AUDIT)
 
 
 class AuditLog:
@@ -71,7 +71,7 @@ class AuditLog:
             for one in entries
         ]  # fmt: skip
         if rows:
-            with self._database.writing() as connection:
+            with self._database.transaction() as connection:
                 connection.execute(_ADD, rows)
 
     def rows(
@@ -85,27 +85,27 @@ class AuditLog:
         limit: int = 200,
     ) -> list[AuditEntry]:
         """Entries, newest first. `before_id` continues an earlier list."""
-        query = select(AuditRecord).order_by(AuditRecord.id.desc()).limit(limit)
+        query = select(AUDIT).order_by(AUDIT.c.id.desc()).limit(limit)
         if uid is not None:
-            query = query.where(AuditRecord.uid == uid)
+            query = query.where(AUDIT.c.uid == uid)
         if key is not None:
-            query = query.where(AuditRecord.key == key)
+            query = query.where(AUDIT.c.key == key)
         if action is not None:
-            query = query.where(AuditRecord.action == action)
+            query = query.where(AUDIT.c.action == action)
         if before_id is not None:
-            query = query.where(AuditRecord.id < min(before_id, HIGHEST_ID))
+            query = query.where(AUDIT.c.id < min(before_id, HIGHEST_ID))
         if since is not None:
-            query = query.where(AuditRecord.at >= since)
-        with self._database.reading() as session:
-            return [_entry(row) for row in session.scalars(query)]
+            query = query.where(AUDIT.c.at >= since)
+        with self._database.reading() as connection:
+            return [_entry(row) for row in connection.execute(query).mappings()]
 
 
-def _entry(row: AuditRecord) -> AuditEntry:
+def _entry(row: RowMapping) -> AuditEntry:
     entry = NewAuditEntry(
-        row.by, row.action, row.outcome, None if row.uid is None else Uid(row.uid), row.key, row.before,
-        row.requested, row.after, tuple(Note(**note) for note in row.notes), row.job,
+        row["by"], row["action"], row["outcome"], None if row["uid"] is None else Uid(row["uid"]), row["key"],
+        row["before"], row["requested"], row["after"], tuple(Note(**note) for note in row["notes"]), row["job"],
     )  # fmt: skip
-    return AuditEntry(row.id, row.at, entry, row.bench)
+    return AuditEntry(row["id"], row["at"], entry, row["bench"])
 
 
 def _stored(note: Note) -> dict[str, Json]:

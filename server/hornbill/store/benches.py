@@ -11,12 +11,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, Literal
 
-from sqlalchemy import select
+from sqlalchemy import RowMapping, select
 
 from hornbill import __version__
 from hornbill.errors import StoreFailed
 from hornbill.store.database import Database
-from hornbill.store.tables import BenchRow, Json
+from hornbill.store.repository import put, row_at
+from hornbill.store.tables import BENCHES, Json
 
 CONTACT_S: Final = 4.0
 """Interval of contacts, s."""
@@ -52,49 +53,53 @@ class Benches:
 
         A server that was killed on this computer loses it at once, another one after `NO_CONTACT_S`.
         """
-        with self._database.transaction() as session:
-            now = self._database.now(session, self._wall())
-            row = session.get(BenchRow, self._database.bench)
-            if row is None:
-                row = BenchRow(name=self._database.bench, status={}, since=now)
-                session.add(row)
-            elif row.process is not None and abs(now - row.contact) < NO_CONTACT_S and not _ended(row):
-                since = datetime.fromtimestamp(row.since, UTC).isoformat(sep=" ", timespec="seconds")
+        with self._database.transaction() as connection:
+            now = self._database.now(connection, self._wall())
+            row = row_at(connection, BENCHES, self._database.bench)
+            if row and row["process"] is not None and abs(now - row["contact"]) < NO_CONTACT_S and not _ended(row):
+                since = datetime.fromtimestamp(row["since"], UTC).isoformat(sep=" ", timespec="seconds")
                 raise StoreFailed(
-                    f"Bench {row.name!r} is in use by the server on {row.host}, process {row.pid}, since {since}. "
-                    "Stop that server, or give this bench another name with --bench.",
-                    cause="bench_in_use", bench=row.name, host=row.host, pid=row.pid, since=row.since,
+                    f"Bench {row['name']!r} is in use by the server on {row['host']}, process {row['pid']}, since "
+                    f"{since}. Stop that server, or give this bench another name with --bench.",
+                    cause="bench_in_use", bench=row["name"], host=row["host"], pid=row["pid"], since=row["since"],
                 )  # fmt: skip
-            row.process, row.machine, row.pid = self._process, _machine(), os.getpid()
-            row.host, row.version, row.since, row.contact = socket.gethostname(), __version__, now, now
+            values = {
+                "process": self._process, "machine": _machine(), "pid": os.getpid(), "host": socket.gethostname(),
+                "version": __version__, "since": now, "contact": now,
+            }  # fmt: skip
+            put(connection, BENCHES, (self._database.bench,), values, status={})
 
     def contact(self, url: str | None, status: Mapping[str, Json]) -> bool:
         """Store the condition of this bench. False if another server has taken it over."""
-        with self._database.transaction() as session:
-            row = session.get(BenchRow, self._database.bench)
-            if row is None or row.process != self._process:
+        with self._database.transaction() as connection:
+            row = row_at(connection, BENCHES, self._database.bench)
+            if row is None or row["process"] != self._process:
                 return False
-            row.contact, row.url, row.status = self._database.now(session, self._wall()), url, dict(status)
+            now = self._database.now(connection, self._wall())
+            put(connection, BENCHES, (self._database.bench,), {"contact": now, "url": url, "status": dict(status)})
             return True
 
     def release(self) -> None:
         """Release the lock of this bench. Idempotent."""
-        with self._database.transaction() as session:
-            row = session.get(BenchRow, self._database.bench)
-            if row is not None and row.process == self._process:
-                row.process, row.contact = None, self._database.now(session, self._wall())
+        with self._database.transaction() as connection:
+            row = row_at(connection, BENCHES, self._database.bench)
+            if row is not None and row["process"] == self._process:
+                now = self._database.now(connection, self._wall())
+                put(connection, BENCHES, (self._database.bench,), {"process": None, "contact": now})
 
     def all(self) -> list[StoredBench]:
         """All benches, by name."""
-        with self._database.reading() as session:
-            now = self._database.now(session, self._wall())
-            return [_fact(row, now) for row in session.scalars(select(BenchRow).order_by(BenchRow.name))]
+        with self._database.reading() as connection:
+            now = self._database.now(connection, self._wall())
+            return [_fact(row, now) for row in connection.execute(select(BENCHES).order_by(BENCHES.c.name)).mappings()]
 
 
-def _fact(row: BenchRow, now: float) -> StoredBench:
-    working = abs(now - row.contact) < NO_CONTACT_S
-    state = "stopped" if row.process is None else "online" if working else "no_contact"
-    return StoredBench(row.name, row.host, row.url, row.version, row.since, row.contact, state, dict(row.status))
+def _fact(row: RowMapping, now: float) -> StoredBench:
+    working = abs(now - row["contact"]) < NO_CONTACT_S
+    state = "stopped" if row["process"] is None else "online" if working else "no_contact"
+    return StoredBench(
+        row["name"], row["host"], row["url"], row["version"], row["since"], row["contact"], state, dict(row["status"])
+    )
 
 
 def _machine() -> str:
@@ -106,12 +111,12 @@ def _machine() -> str:
         return platform.node()
 
 
-def _ended(row: BenchRow) -> bool:
+def _ended(row: RowMapping) -> bool:
     """Whether the server ran on this computer and its process has ended."""
-    if sys.platform == "win32" or row.machine != _machine():
+    if sys.platform == "win32" or row["machine"] != _machine():
         return False  # os.kill would end a process of Windows
     try:
-        os.kill(row.pid, 0)
+        os.kill(row["pid"], 0)
     except ProcessLookupError:
         return True
     except PermissionError:

@@ -12,14 +12,13 @@ from typing import Any, Final
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event, inspect, make_url, select, text, update
 from sqlalchemy.exc import DataError, IntegrityError, OperationalError, ProgrammingError, SQLAlchemyError
-from sqlalchemy.orm import Session
 
 from hornbill.errors import StoreFailed
 from hornbill.store import opening
 from hornbill.store.copies import copy_before_migration
 from hornbill.store.data_folder import FILE_NAME, create_private, prepare
 from hornbill.store.migrate import NEWEST, UnknownRevision, migrate
-from hornbill.store.tables import SHARED, BenchRow, RevisionRow
+from hornbill.store.tables import BENCHES, REVISIONS, SHARED
 
 log = logging.getLogger(__name__)
 
@@ -102,38 +101,31 @@ class Database:
         self._lock_timeout_s = LOCK_TIMEOUT_S
 
     @contextmanager
-    def transaction(self) -> Generator[Session]:
-        """An exclusive writing session. Commits at the end, rolls back if the block raises.
+    def transaction(self) -> Generator[Connection]:
+        """A connection that writes exclusively. Commits at the end, rolls back if the block raises.
 
         Raises StoreFailed, and RuntimeError if the database is closed.
         """
-        with self._session() as session:
-            yield session
-
-    @contextmanager
-    def reading(self) -> Generator[Session]:
-        """A read-only session with a consistent view. Raises the errors of `transaction`."""
-        with self._session(**{_READS: True}) as session:
-            yield session
-
-    @contextmanager
-    def writing(self) -> Generator[Connection]:
-        """Like `transaction`, but with rows instead of objects, at a third of the cost. For frequent changes."""
-        with self._usable() as engine, engine.begin() as connection:
+        with self._connection() as connection:
             yield connection
-            _check_waiter()
 
-    def now(self, session: Session, wall: float) -> float:
+    @contextmanager
+    def reading(self) -> Generator[Connection]:
+        """A read-only connection with a consistent view. Raises the errors of `transaction`."""
+        with self._connection(**{_READS: True}) as connection:
+            yield connection
+
+    def now(self, connection: Connection, wall: float) -> float:
         """Time by which benches compare their contacts, seconds since 1970 UTC: that of the database server, because
         the clocks of computers differ; of a file, `wall`."""
         if self.is_file:
             return wall
-        return float(session.scalar(text("SELECT EXTRACT(EPOCH FROM clock_timestamp())")))
+        return float(connection.scalar(text("SELECT EXTRACT(EPOCH FROM clock_timestamp())")))
 
     def _only_bench(self, connection: Connection) -> str | None:
         if not self.is_file or not inspect(connection).has_table("benches"):
             return None
-        names = connection.scalars(select(BenchRow.name).limit(2)).all()
+        names = connection.scalars(select(BENCHES.c.name).limit(2)).all()
         return names[0] if len(names) == 1 else None
 
     def _count(self, connection: Connection, clause: Any, *_more: Any) -> None:
@@ -143,9 +135,9 @@ class Database:
         if name not in SHARED or name in counted:
             return
         counted.add(name)
-        row = RevisionRow.name == name
-        connection.execute(update(RevisionRow).where(row).values(revision=RevisionRow.revision + 1))
-        revision = connection.scalar(select(RevisionRow.revision).where(row))
+        row = REVISIONS.c.name == name
+        connection.execute(update(REVISIONS).where(row).values(revision=REVISIONS.c.revision + 1))
+        revision = connection.scalar(select(REVISIONS.c.revision).where(row))
         if revision is not None and self.known.get(name) == revision - 1:
             self.known[name] = revision
 
@@ -154,10 +146,9 @@ class Database:
             self.known.pop(name, None)
 
     @contextmanager
-    def _session(self, **options: bool) -> Generator[Session]:
-        with self._usable() as engine, Session(engine) as session, session.begin():
-            session.connection(execution_options=options)
-            yield session
+    def _connection(self, **options: bool) -> Generator[Connection]:
+        with self._usable() as engine, engine.connect().execution_options(**options) as connection, connection.begin():
+            yield connection
             _check_waiter()
 
     @contextmanager

@@ -3,12 +3,11 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 
-from sqlalchemy import delete, select
-from sqlalchemy.orm import Session
+from sqlalchemy import Connection, delete, select
 
 from hornbill.store.database import Database
-from hornbill.store.repository import Repository
-from hornbill.store.tables import FaultRow
+from hornbill.store.repository import Repository, put
+from hornbill.store.tables import FAULTS
 from hornbill.units import Uid
 
 
@@ -57,45 +56,43 @@ class FaultReading:
         return after
 
 
-class FaultLog(Repository[FaultRow, FaultEntry]):
+class FaultLog(Repository[FaultEntry]):
     """The history of fault bits."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        super().__init__(database, wall, FaultRow, FaultEntry)
+        super().__init__(database, wall, FAULTS, FaultEntry)
 
     def of(self, uid: Uid) -> dict[str, FaultEntry]:
         """All bits that a servo has ever had set, by key, in order of first occurrence."""
-        with self._database.reading() as session:
-            return {key: self._fact(row) for key, row in _rows(session, uid).items()}
+        with self._database.reading() as connection:
+            return self._known(connection, uid)
 
     def record(self, reading: FaultReading) -> dict[str, FaultEntry]:
         """Store a reading atomically. Returns the same as `of`."""
-        with self._database.transaction() as session:
-            return self._changed(session, reading.uid, reading.changes)
+        with self._database.transaction() as connection:
+            return self._changed(connection, reading.uid, reading.changes)
 
     def acknowledge(self, uid: Uid, keys: Iterable[str], by: str, at: float) -> dict[str, FaultEntry]:
         """Acknowledge these bits, ignoring unknown ones. Returns the same as `of`."""
-        with self._database.transaction() as session:
+        with self._database.transaction() as connection:
             return self._changed(
-                session, uid, lambda known: {key: known[key].acknowledged(by, at) for key in keys if key in known}
+                connection, uid, lambda known: {key: known[key].acknowledged(by, at) for key in keys if key in known}
             )
 
     def forget(self, uid: Uid) -> None:
         """Delete a servo's history. Idempotent."""
-        with self._database.transaction() as session:
-            session.execute(delete(FaultRow).where(FaultRow.uid == uid))
+        with self._database.transaction() as connection:
+            connection.execute(delete(FAULTS).where(FAULTS.c.uid == uid))
 
     def _changed(
-        self, session: Session, uid: Uid, change: Callable[[dict[str, FaultEntry]], dict[str, FaultEntry]]
+        self, connection: Connection, uid: Uid, change: Callable[[dict[str, FaultEntry]], dict[str, FaultEntry]]
     ) -> dict[str, FaultEntry]:
-        rows = _rows(session, uid)
-        known = {key: self._fact(row) for key, row in rows.items()}
+        known = self._known(connection, uid)
         changed = change(known)
         for entry in changed.values():
-            session.merge(FaultRow(**asdict(entry), bench=self._database.bench))
+            put(connection, FAULTS, (uid, entry.key), {**asdict(entry), "bench": self._database.bench})
         return known | changed
 
-
-def _rows(session: Session, uid: Uid) -> dict[str, FaultRow]:
-    query = select(FaultRow).where(FaultRow.uid == uid).order_by(FaultRow.first_seen, FaultRow.key)
-    return {row.key: row for row in session.scalars(query)}
+    def _known(self, connection: Connection, uid: Uid) -> dict[str, FaultEntry]:
+        query = select(FAULTS).where(FAULTS.c.uid == uid).order_by(FAULTS.c.first_seen, FAULTS.c.key)
+        return {row["key"]: self._fact(row) for row in connection.execute(query).mappings()}

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from sqlalchemy import select
 
 from hornbill.store.database import Database
-from hornbill.store.repository import Repository
-from hornbill.store.tables import JobRow, Json
+from hornbill.store.repository import Repository, put, row_at
+from hornbill.store.tables import JOBS, Json
 from hornbill.units import Uid
 
 MAX_ROWS = 500
@@ -31,33 +31,34 @@ class StoredJob:
     document: Mapping[str, Json]
 
 
-class StoredJobs(Repository[JobRow, StoredJob]):
+class StoredJobs(Repository[StoredJob]):
     """Jobs by ID."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        super().__init__(database, wall, JobRow, StoredJob)
+        super().__init__(database, wall, JOBS, StoredJob)
 
     def all(self) -> list[StoredJob]:
         """All jobs, oldest first."""
         return self._facts(
-            select(JobRow).where(JobRow.bench == self._database.bench).order_by(JobRow.created_at, JobRow.id)
+            select(JOBS).where(JOBS.c.bench == self._database.bench).order_by(JOBS.c.created_at, JOBS.c.id)
         )
 
     def put(self, job: StoredJob) -> None:
         """Store the present state of a job."""
-        with self._database.transaction() as session:
-            row = session.get(JobRow, job.id)
-            if row is None:
+        with self._database.transaction() as connection:
+            if row_at(connection, JOBS, job.id) is None:
                 self._prune(
-                    session,
+                    connection,
                     MAX_ROWS,
-                    JobRow.created_at,
-                    JobRow.ended_at.is_not(None),
-                    JobRow.bench == self._database.bench,
+                    JOBS.c.created_at,
+                    JOBS.c.ended_at.is_not(None),
+                    JOBS.c.bench == self._database.bench,
                 )
-                row = JobRow(id=job.id, kind=job.kind, uid=job.uid, created_at=job.created_at)
-                row.bench = self._database.bench
-                session.add(row)
-            row.state, row.ended_at = job.state, job.ended_at
-            row.request = None if job.request is None else dict(job.request)
-            row.document = dict(job.document)
+            values = {
+                "state": job.state,
+                "ended_at": job.ended_at,
+                "request": None if job.request is None else dict(job.request),
+                "document": dict(job.document),
+            }
+            new = {"kind": job.kind, "uid": job.uid, "created_at": job.created_at, "bench": self._database.bench}
+            put(connection, JOBS, (job.id,), values, **new)

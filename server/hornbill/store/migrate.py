@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from sqlalchemy import Connection, insert, inspect, text
 
-from hornbill.store.tables import SHARED, RevisionRow, Table
+from hornbill.store.tables import METADATA, REVISIONS, SHARED
 
 if TYPE_CHECKING:
     from alembic.config import Config
@@ -71,12 +71,12 @@ def _config_for(revision: str | None) -> "Config":
 
 def _create(connection: Connection) -> None:
     """Create the current tables and their revision. A test checks that they equal the result of all migrations."""
-    Table.metadata.create_all(connection, checkfirst=False)  # an existing table is foreign: an error
+    METADATA.create_all(connection, checkfirst=False)  # an existing table is foreign: an error
     connection.execute(
         text(
             "CREATE TABLE alembic_version (version_num VARCHAR(32) NOT NULL,"
             " CONSTRAINT alembic_version_pkc PRIMARY KEY (version_num))"
         )
     )
-    connection.execute(insert(RevisionRow), [{"name": name, "revision": 0} for name in SHARED])
+    connection.execute(insert(REVISIONS), [{"name": name, "revision": 0} for name in SHARED])
     connection.execute(text("INSERT INTO alembic_version VALUES (:newest)"), {"newest": NEWEST})

@@ -7,8 +7,8 @@ from sqlalchemy import select
 
 from hornbill.errors import Unknown
 from hornbill.store.database import Database
-from hornbill.store.repository import Repository
-from hornbill.store.tables import Json, ProfileRow
+from hornbill.store.repository import Repository, put
+from hornbill.store.tables import PROFILES, Json
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,29 +25,24 @@ class StoredProfile:
     bench: str | None = None
 
 
-class ProfileTable(Repository[ProfileRow, StoredProfile]):
+class ProfileTable(Repository[StoredProfile]):
     """Profiles by name, 1 to 80 characters."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        super().__init__(database, wall, ProfileRow, StoredProfile)
+        super().__init__(database, wall, PROFILES, StoredProfile)
 
     def all(self) -> list[StoredProfile]:
         """All profiles, sorted by name."""
         # sorted here because the collation depends on the database
-        return sorted(self._facts(select(ProfileRow)), key=lambda one: one.name)
+        return sorted(self._facts(select(PROFILES)), key=lambda one: one.name)
 
     def put(self, name: str, document: Mapping[str, Json]) -> StoredProfile:
         """Store a profile. Replaces one with the same name."""
         now = self._wall()
-        with self._database.transaction() as session:
-            row = session.get(ProfileRow, name)
-            if row is None:
-                row = ProfileRow(name=name, document=dict(document), created_at=now, updated_at=now)
-                session.add(row)
-            else:
-                row.document, row.updated_at = dict(document), now
-            row.bench = self._database.bench
-            return self._fact(row)
+        with self._database.transaction() as connection:
+            values = {"document": dict(document), "updated_at": now, "bench": self._database.bench}
+            put(connection, PROFILES, (name,), values, created_at=now)
+            return self._fact(self._row(connection, name))
 
     def _unknown(self, key: str) -> Unknown:
         return Unknown(

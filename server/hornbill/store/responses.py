@@ -6,10 +6,11 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from sqlalchemy import delete
+from sqlalchemy import delete, insert
 
 from hornbill.store.database import Database
-from hornbill.store.tables import ResponseRow
+from hornbill.store.repository import put, row_at
+from hornbill.store.tables import RESPONSES
 
 RETAIN_S: Final = 48 * 3600.0
 """Minimum retention of a response, from the first request on, s. The API promises 24 h."""
@@ -61,25 +62,27 @@ class Responses:
     def begin(self, key: str, request: str) -> Begun | None:
         """Store a key for a request, both by digest. None: carry it out. Otherwise it was begun before."""
         now = self._wall()
-        with self._database.transaction() as session:
-            row = session.get(ResponseRow, (self._database.bench, key))
+        with self._database.transaction() as connection:
+            row = row_at(connection, RESPONSES, self._database.bench, key)
             if row is not None:
                 response = None
-                if row.status is not None:
-                    response = StoredResponse(row.status, dict(row.headers or {}), row.body or b"")
-                return Begun(row.request, row.process == self._process, response)
+                if row["status"] is not None:
+                    response = StoredResponse(row["status"], dict(row["headers"] or {}), row["body"] or b"")
+                return Begun(row["request"], row["process"] == self._process, response)
             if self._tidied_at is None or not 0 <= now - self._tidied_at < TIDY_S:
-                session.execute(delete(ResponseRow).where(ResponseRow.at < now - RETAIN_S))
+                connection.execute(delete(RESPONSES).where(RESPONSES.c.at < now - RETAIN_S))
                 self._tidied_at = now
-            session.add(ResponseRow(bench=self._database.bench, id=key, request=request, process=self._process, at=now))
+            values = {"bench": self._database.bench, "id": key, "request": request, "process": self._process, "at": now}
+            connection.execute(insert(RESPONSES), values)
         return None
 
     def end(self, key: str, response: StoredResponse) -> None:
         """Store the response of the request with this key. That of an earlier process stays."""
-        with self._database.transaction() as session:
-            row = session.get(ResponseRow, (self._database.bench, key))
-            if row is not None and row.process == self._process:
-                row.status, row.headers, row.body = response.status, response.headers, response.body
+        with self._database.transaction() as connection:
+            row = row_at(connection, RESPONSES, self._database.bench, key)
+            if row is not None and row["process"] == self._process:
+                values = {"status": response.status, "headers": response.headers, "body": response.body}
+                put(connection, RESPONSES, (self._database.bench, key), values)
 
 
 class Keys:

@@ -1,13 +1,14 @@
 """Inventory of all known servos: names and values, also of servos that are offline."""
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any, Final
 
-from sqlalchemy import select
-from sqlalchemy.orm import Session
+from sqlalchemy import Connection, RowMapping, delete, select
 
 from hornbill.store.database import Database
-from hornbill.store.tables import Json, ServoRow
+from hornbill.store.repository import put, row_at
+from hornbill.store.tables import SERVOS, Json
 from hornbill.units import Uid, serial_text
 
 
@@ -29,6 +30,9 @@ class ServoFacts:
     node_id: int | None = None
     servo_id: int | None = None
     bus: str | None = None
+
+
+_FACTS: Final = tuple(one.name for one in fields(ServoFacts))
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,92 +76,72 @@ class Servos:
 
     def all(self, *, but: Collection[Uid] = ()) -> list[StoredServo]:
         """All servos, by unique ID. Exclude (`but`) those that are not needed: a row takes 0.1 ms."""
-        query = select(ServoRow).where(ServoRow.uid.not_in(but)).order_by(ServoRow.uid)
-        with self._database.reading() as session:
-            return [_stored(row) for row in session.scalars(query)]
+        query = select(SERVOS).where(SERVOS.c.uid.not_in(but)).order_by(SERVOS.c.uid)
+        with self._database.reading() as connection:
+            return [_stored(row) for row in connection.execute(query).mappings()]
 
     def get(self, uid: Uid) -> StoredServo | None:
         """One servo, or None if it has never been seen."""
-        with self._database.reading() as session:
-            row = session.get(ServoRow, uid)
+        with self._database.reading() as connection:
+            row = row_at(connection, SERVOS, uid)
             return None if row is None else _stored(row)
 
     def seen(self, uid: Uid, facts: ServoFacts | None = None) -> None:
         """Record that a servo is online now, with its data. Data that is None changes nothing."""
         now = self._wall()
-        with self._database.transaction() as session:
-            row = _row(session, uid)
-            row.first_seen = row.first_seen or now
-            row.last_seen, row.bench = now, self._database.bench
-            for fact, value in asdict(facts or ServoFacts()).items():
-                if value is not None:
-                    setattr(row, fact, value)
+        with self._database.transaction() as connection:
+            row = row_at(connection, SERVOS, uid)
+            read = {fact: value for fact, value in asdict(facts or ServoFacts()).items() if value is not None}
+            first = (row and row["first_seen"]) or now
+            _put(connection, uid, first_seen=first, last_seen=now, bench=self._database.bench, **read)
 
     def set_label(self, uid: Uid, label: str) -> None:
         """Set the nickname, at most 200 characters. Empty removes it. Raises ValueError."""
         if len(label) > 200:
             raise ValueError(f"The label has {len(label)} characters. Enter at most 200.")
-        with self._database.transaction() as session:
-            _row(session, uid).label = label
+        with self._database.transaction() as connection:
+            _put(connection, uid, label=label)
 
     def set_notes(self, uid: Uid, notes: str) -> None:
         """Replace the users' notes. Empty removes them."""
-        with self._database.transaction() as session:
-            _row(session, uid).notes = notes or None
+        with self._database.transaction() as connection:
+            _put(connection, uid, notes=notes or None)
 
     def put_set_up(self, uid: Uid, set_up: Mapping[str, Json]) -> None:
         """Replace the set-up. Empty removes it."""
-        with self._database.transaction() as session:
-            _row(session, uid).set_up = dict(set_up) or None
+        with self._database.transaction() as connection:
+            _put(connection, uid, set_up=dict(set_up) or None)
 
     def put_rom(self, uid: Uid, values: Mapping[str, int]) -> None:
         """Replace the known ROM values, raw by key."""
-        with self._database.transaction() as session:
-            _row(session, uid).rom = dict(values)
+        with self._database.transaction() as connection:
+            _put(connection, uid, rom=dict(values))
 
     def put_drift(self, uid: Uid, was: Mapping[str, int]) -> None:
         """Replace the ROM values before an unexpected change, raw by key. Empty if there is none."""
-        with self._database.transaction() as session:
-            _row(session, uid).drift = dict(was) or None
+        with self._database.transaction() as connection:
+            _put(connection, uid, drift=dict(was) or None)
 
     def forget(self, uid: Uid) -> None:
         """Delete a servo. Idempotent."""
-        with self._database.transaction() as session:
-            row = session.get(ServoRow, uid)
-            if row is not None:
-                session.delete(row)
+        with self._database.transaction() as connection:
+            connection.execute(delete(SERVOS).where(SERVOS.c.uid == uid))
 
 
-def _row(session: Session, uid: Uid) -> ServoRow:
-    row = session.get(ServoRow, uid)
-    if row is None:
-        row = ServoRow(uid=uid, label="", rom={})
-        session.add(row)
-    return row
+def _put(connection: Connection, uid: Uid, **values: Any) -> None:
+    put(connection, SERVOS, (uid,), values, label="", rom={})
 
 
-def _stored(row: ServoRow) -> StoredServo:
-    facts = ServoFacts(
-        name=row.name,
-        model=row.model,
-        model_number=row.model_number,
-        hardware_version=row.hardware_version,
-        firmware=row.firmware,
-        serial=row.serial,
-        production_date=row.production_date,
-        node_id=row.node_id,
-        servo_id=row.servo_id,
-        bus=row.bus,
-    )
+def _stored(row: RowMapping) -> StoredServo:
     return StoredServo(
-        Uid(row.uid),
-        row.label,
-        facts,
-        row.first_seen,
-        row.last_seen,
-        dict(row.rom),
-        dict(row.drift or {}),
-        row.notes or "",
-        dict(row.set_up or {}),
-        row.bench,
+        Uid(row["uid"]),
+        row["label"],
+        ServoFacts(**{name: row[name] for name in _FACTS}),
+        row["first_seen"],
+        row["last_seen"],
+        dict(row["rom"]),
+        dict(row["drift"] or {}),
+        row["notes"] or "",
+        dict(row["set_up"] or {}),
+        row["bench"],
     )

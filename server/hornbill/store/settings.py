@@ -2,8 +2,11 @@
 
 import secrets
 
+from sqlalchemy import delete
+
 from hornbill.store.database import Database
-from hornbill.store.tables import Json, SettingRow
+from hornbill.store.repository import at, put, row_at
+from hornbill.store.tables import SETTINGS, Json
 
 _UNIQUE_ID = "unique_id"
 
@@ -16,31 +19,25 @@ class SettingTable:
 
     def get(self, key: str, default: Json = None) -> Json:
         """The value with this name, or `default`."""
-        with self._database.reading() as session:
-            row = session.get(SettingRow, (self._database.bench, key))
-            return default if row is None else row.value
+        with self._database.reading() as connection:
+            row = row_at(connection, SETTINGS, self._database.bench, key)
+            return default if row is None else row["value"]
 
     def put(self, key: str, value: Json) -> None:
         """Store a value under a name of at most 100 characters."""
-        with self._database.transaction() as session:
-            row = session.get(SettingRow, (self._database.bench, key))
-            if row is None:
-                session.add(SettingRow(bench=self._database.bench, key=key, value=value))
-            else:
-                row.value = value
+        with self._database.transaction() as connection:
+            put(connection, SETTINGS, (self._database.bench, key), {"value": value})
 
     def drop(self, key: str) -> None:
         """Delete the value with this name. Idempotent."""
-        with self._database.transaction() as session:
-            row = session.get(SettingRow, (self._database.bench, key))
-            if row is not None:
-                session.delete(row)
+        with self._database.transaction() as connection:
+            connection.execute(delete(SETTINGS).where(at(SETTINGS, self._database.bench, key)))
 
     def own_unique_id(self) -> bytes:
         """The 16-byte unique ID of this installation as a node, generated once."""
-        with self._database.transaction() as session:
-            row = session.get(SettingRow, (self._database.bench, _UNIQUE_ID))
+        with self._database.transaction() as connection:
+            row = row_at(connection, SETTINGS, self._database.bench, _UNIQUE_ID)
+            value = secrets.token_hex(16) if row is None else str(row["value"])
             if row is None:
-                row = SettingRow(bench=self._database.bench, key=_UNIQUE_ID, value=secrets.token_hex(16))
-                session.add(row)
-            return bytes.fromhex(str(row.value))
+                put(connection, SETTINGS, (self._database.bench, _UNIQUE_ID), {"value": value})
+            return bytes.fromhex(value)

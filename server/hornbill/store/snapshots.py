@@ -4,12 +4,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Final
 
-from sqlalchemy import Row, bindparam, delete, func, insert, select
+from sqlalchemy import RowMapping, bindparam, delete, func, insert, select
 
 from hornbill.errors import Unknown
 from hornbill.store.database import Database
 from hornbill.store.repository import Repository
-from hornbill.store.tables import Json, SnapshotRow
+from hornbill.store.tables import SNAPSHOTS, Json
 from hornbill.units import Uid
 
 MAX_AUTOMATIC = 200
@@ -41,20 +41,20 @@ class StoredSnapshot:
     bench: str | None = None
 
 
-_ADD: Final = insert(SnapshotRow)
+_ADD: Final = insert(SNAPSHOTS)
 _NEWEST: Final = (
-    select(SnapshotRow.__table__)
-    .where(SnapshotRow.uid == bindparam("whose"))
-    .order_by(SnapshotRow.id.desc())
+    select(SNAPSHOTS)
+    .where(SNAPSHOTS.c.uid == bindparam("whose"))
+    .order_by(SNAPSHOTS.c.id.desc())
     .limit(1)
 )  # fmt: skip
 
 
-class Snapshots(Repository[SnapshotRow, StoredSnapshot]):
+class Snapshots(Repository[StoredSnapshot]):
     """Snapshots of all servos."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        super().__init__(database, wall, SnapshotRow, StoredSnapshot)
+        super().__init__(database, wall, SNAPSHOTS, StoredSnapshot)
         self._unpruned: dict[Uid, int] = {}
 
     def add(
@@ -81,9 +81,9 @@ class Snapshots(Repository[SnapshotRow, StoredSnapshot]):
             0, uid, self._wall(), reason[:200], by[:80], automatic, model, firmware, schema_revision,
             dict(ram), dict(rom), reason_code, dict(reason_params or {}), self._database.bench,
         )  # fmt: skip
-        with self._database.writing() as connection:
-            newest = connection.execute(_NEWEST, {"whose": uid}).first() if unless_same else None
-            if newest is not None and (newest.ram, newest.rom) == (made.ram, made.rom):
+        with self._database.transaction() as connection:
+            newest = connection.execute(_NEWEST, {"whose": uid}).mappings().first() if unless_same else None
+            if newest is not None and (newest["ram"], newest["rom"]) == (made.ram, made.rom):
                 return self._fact(newest)
             values = asdict(made)
             del values["id"]
@@ -91,18 +91,18 @@ class Snapshots(Repository[SnapshotRow, StoredSnapshot]):
             assert number is not None
             unpruned = self._unpruned.get(uid, PRUNE_EVERY) + 1
             if unpruned >= PRUNE_EVERY:
-                mine = SnapshotRow.uid == uid, SnapshotRow.automatic.is_(True)
-                self._prune(connection, MAX_AUTOMATIC, SnapshotRow.id, *mine)
+                mine = SNAPSHOTS.c.uid == uid, SNAPSHOTS.c.automatic.is_(True)
+                self._prune(connection, MAX_AUTOMATIC, SNAPSHOTS.c.id, *mine)
                 unpruned = 0
         self._unpruned[uid] = unpruned
         return replace(made, id=int(number[0]))
 
-    def _fact(self, row: SnapshotRow | Row[Any]) -> StoredSnapshot:
-        return replace(super()._fact(row), reason_params=row.reason_params or {})  # null in rows of older versions
+    def _fact(self, row: RowMapping | Mapping[str, Any]) -> StoredSnapshot:
+        return replace(super()._fact(row), reason_params=row["reason_params"] or {})  # null in rows of older versions
 
     def of(self, uid: Uid, *, limit: int = 1000) -> list[StoredSnapshot]:
         """A servo's snapshots, newest first."""
-        query = select(SnapshotRow).where(SnapshotRow.uid == uid).order_by(SnapshotRow.id.desc()).limit(limit)
+        query = select(SNAPSHOTS).where(SNAPSHOTS.c.uid == uid).order_by(SNAPSHOTS.c.id.desc()).limit(limit)
         return self._facts(query)
 
     def latest(self, uid: Uid) -> StoredSnapshot | None:
@@ -111,15 +111,13 @@ class Snapshots(Repository[SnapshotRow, StoredSnapshot]):
 
     def drop_all(self, uid: Uid) -> int:
         """Delete all snapshots of a servo. Returns their number."""
-        with self._database.transaction() as session:
-            ids = session.scalars(select(SnapshotRow.id).where(SnapshotRow.uid == uid)).all()
-            session.execute(delete(SnapshotRow).where(SnapshotRow.uid == uid))
-            return len(ids)
+        with self._database.transaction() as connection:
+            return connection.execute(delete(SNAPSHOTS).where(SNAPSHOTS.c.uid == uid)).rowcount
 
     def counts(self) -> dict[Uid, int]:
         """Number of snapshots per servo."""
-        with self._database.reading() as session:
-            found = session.execute(select(SnapshotRow.uid, func.count()).group_by(SnapshotRow.uid))
+        with self._database.reading() as connection:
+            found = connection.execute(select(SNAPSHOTS.c.uid, func.count()).group_by(SNAPSHOTS.c.uid))
             return {Uid(uid): int(count) for uid, count in found}
 
     def _unknown(self, key: int) -> Unknown:

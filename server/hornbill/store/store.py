@@ -7,8 +7,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, ParamSpec, Self, TypeVar, cast
 
-from sqlalchemy import delete, insert, select
-from sqlalchemy.orm import Session
+from sqlalchemy import Connection, Table, delete, insert, select
 
 from hornbill.errors import StoreFailed
 from hornbill.store.allocations import AllocationStore
@@ -23,17 +22,17 @@ from hornbill.store.runs import Runs
 from hornbill.store.servos import Servos
 from hornbill.store.settings import SettingTable
 from hornbill.store.snapshots import Snapshots
-from hornbill.store.tables import AllocationRow, FaultRow, ProfileRow, RevisionRow, ServoRow, SettingRow, Table
+from hornbill.store.tables import ALLOCATIONS, FAULTS, PROFILES, REVISIONS, SERVOS, SETTINGS
 from hornbill.store.tokens import Tokens
 from hornbill.store.write_behind import ChangeMethod, WriteBehind, Writer
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
-_SHARED: Final[dict[str, type[Table]]] = {"servos": ServoRow, "profiles": ProfileRow, "faults": FaultRow}
+_SHARED: Final = {"servos": SERVOS, "profiles": PROFILES, "faults": FAULTS}
 """Tables in memory that other benches may change."""
 
-_SMALL: Final = (AllocationRow, FaultRow, ProfileRow, ServoRow, SettingRow)
+_SMALL: Final = (ALLOCATIONS, FAULTS, PROFILES, SERVOS, SETTINGS)
 """Tables that are entirely in memory while a server runs."""
 
 
@@ -86,11 +85,11 @@ class Store:
         self.settings.own_unique_id()  # before the copy to memory, which would generate one that is not stored
         self._writer = Writer(self._wall, self._done)
         self._memory = memory = Database("sqlite://", self.bench)
-        with self._database.reading() as database, memory.transaction() as session:
+        with self._database.reading() as database, memory.transaction() as connection:
             for table in _SMALL:
-                rows = [dict(row) for row in database.execute(select(table.__table__)).mappings()]
+                rows = [dict(row) for row in database.execute(select(table)).mappings()]
                 if rows:
-                    session.execute(insert(table), rows)
+                    connection.execute(insert(table), rows)
             self._database.known = _revisions(database)
         now = self._now
         self.allocations = self._behind(
@@ -158,7 +157,7 @@ class Store:
         """Re-read shared tables that other processes changed. Call once a second. Raises StoreFailed."""
         if self._writer is None or self._memory is None:
             return
-        behind: dict[type[Table], Any] = {ServoRow: self.servos, ProfileRow: self.profiles, FaultRow: self.faults}
+        behind: dict[Table, Any] = {SERVOS: self.servos, PROFILES: self.profiles, FAULTS: self.faults}
         before = {table: one.submitted for table, one in behind.items()}
         revisions, rows = await self._writer.run(self._changed, lambda found: found)
         for name in rows:
@@ -166,21 +165,21 @@ class Store:
             if table is not None:
                 if behind[table].submitted != before[table]:
                     continue  # changed here meanwhile: next time
-                with self._memory.transaction() as session:
-                    session.execute(delete(table))
+                with self._memory.transaction() as connection:
+                    connection.execute(delete(table))
                     if rows[name]:
-                        session.execute(insert(table), rows[name])
+                        connection.execute(insert(table), rows[name])
             self._database.known[name] = revisions[name]
             for listener in self._on_changed:
                 listener(name)
 
     def _changed(self) -> tuple[dict[str, int], dict[str, list[dict[str, Any]]]]:
         """Revisions, and the rows of the tables whose revision is unknown; no rows of tables that are not in memory."""
-        with self._database.reading() as session:
-            revisions = _revisions(session)
+        with self._database.reading() as connection:
+            revisions = _revisions(connection)
             changed = [name for name, revision in revisions.items() if self._database.known.get(name) != revision]
             rows = {
-                name: [dict(row) for row in session.execute(select(_SHARED[name].__table__)).mappings()]
+                name: [dict(row) for row in connection.execute(select(_SHARED[name])).mappings()]
                 if name in _SHARED
                 else []
                 for name in changed
@@ -243,6 +242,6 @@ class Store:
         self.close()
 
 
-def _revisions(session: Session) -> dict[str, int]:
+def _revisions(connection: Connection) -> dict[str, int]:
     """Revision of each shared table."""
-    return {row.name: row.revision for row in session.scalars(select(RevisionRow))}
+    return {row.name: row.revision for row in connection.execute(select(REVISIONS))}

@@ -3,16 +3,16 @@
 import re
 import secrets
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from hashlib import sha256
 from typing import Final
 
-from sqlalchemy import select
+from sqlalchemy import insert, select, update
 
 from hornbill.errors import Conflict, InvalidValue, Unknown
 from hornbill.store.database import Database
-from hornbill.store.repository import Repository
-from hornbill.store.tables import TokenRow
+from hornbill.store.repository import Repository, row_at
+from hornbill.store.tables import TOKENS
 
 NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._@-]{0,30}[A-Za-z0-9]|[A-Za-z0-9]")
 """Allowed token names: 1 to 32 characters that are safe in logs, files and URLs."""
@@ -46,15 +46,15 @@ def new_secret() -> str:
     return _PREFIX + secrets.token_urlsafe(_SECRET_BYTES)
 
 
-class Tokens(Repository[TokenRow, Token]):
+class Tokens(Repository[Token]):
     """Tokens by name. A dropped token is revoked."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        super().__init__(database, wall, TokenRow, Token)
+        super().__init__(database, wall, TOKENS, Token)
 
     def all(self) -> list[Token]:
         """All tokens, sorted by name."""
-        return sorted(self._facts(select(TokenRow)), key=lambda one: one.name)
+        return sorted(self._facts(select(TOKENS)), key=lambda one: one.name)
 
     def add(self, name: str, role: str, secret: str | None = None) -> tuple[Token, str]:
         """Create a token. Returns it with its secret, which cannot be retrieved again. `secret`: one of `new_secret`.
@@ -68,25 +68,22 @@ class Tokens(Repository[TokenRow, Token]):
                 cause="token_name_invalid",
             )
         secret = secret or new_secret()
-        with self._database.transaction() as session:
-            if session.get(TokenRow, name) is not None:
+        with self._database.transaction() as connection:
+            if row_at(connection, TOKENS, name) is not None:
                 raise Conflict(
                     f"A token {name!r} already exists. Revoke it first, or use another name.",
                     name=name,
                     cause="token_name_in_use",
                 )
-            row = TokenRow(name=name, role=role, digest=digest(secret), created_at=self._wall(), last_used_at=None)
-            row.bench = self._database.bench
-            session.add(row)
-            return self._fact(row), secret
+            made = Token(name, role, digest(secret), self._wall(), None, self._database.bench)
+            connection.execute(insert(TOKENS), asdict(made))
+        return made, secret
 
     def used(self, instants: Mapping[str, float]) -> None:
         """Store the time of last use, by name. A revoked token is ignored."""
-        with self._database.transaction() as session:
+        with self._database.transaction() as connection:
             for name, at in instants.items():
-                row = session.get(TokenRow, name)
-                if row is not None:
-                    row.last_used_at = at
+                connection.execute(update(TOKENS).where(TOKENS.c.name == name).values(last_used_at=at))
 
     def _unknown(self, key: str) -> Unknown:
         return Unknown(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from sqlalchemy import update
 
 from behaviour.rig import until
 from hornbill.errors import StoreFailed
@@ -14,7 +15,7 @@ from hornbill.store.audit import NewAuditEntry
 from hornbill.store.benches import NO_CONTACT_S
 from hornbill.store.jobs import StoredJob
 from hornbill.store.store import Store
-from hornbill.store.tables import BenchRow
+from hornbill.store.tables import BENCHES
 from hornbill.units import NodeId, Uid
 
 pytestmark = pytest.mark.real_time
@@ -73,9 +74,9 @@ async def test_a_bench_without_contact_can_be_taken_over_from_another_computer(p
         first.begin()
 
         def lost(contact_s: float) -> None:
-            with first._database.transaction() as session:  # pyright: ignore[reportPrivateUsage]
-                row = session.get_one(BenchRow, "left")
-                row.machine, row.contact = "another", row.contact - contact_s
+            with first._database.transaction() as connection:  # pyright: ignore[reportPrivateUsage]
+                change = {"machine": "another", "contact": BENCHES.c.contact - contact_s}
+                connection.execute(update(BENCHES).where(BENCHES.c.name == "left").values(change))
 
         lost(NO_CONTACT_S / 2)
         await refused(place)

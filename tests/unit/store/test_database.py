@@ -30,7 +30,7 @@ from hornbill.store.audit import NewAuditEntry
 from hornbill.store.database import FILE_NAME
 from hornbill.store.servos import ServoFacts, StoredServo
 from hornbill.store.store import Store
-from hornbill.store.tables import Table
+from hornbill.store.tables import METADATA
 from hornbill.units import NodeId, Uid
 
 A = Uid("a0" * 16)
@@ -103,8 +103,7 @@ def test_a_place_is_a_folder_a_url_or_memory(tmp_path: Path) -> None:
 def test_pragmas(tmp_path: Path) -> None:
     with Store(tmp_path) as store:
         database = store._database  # pyright: ignore[reportPrivateUsage]
-        with database.transaction() as session:
-            connection = session.connection()
+        with database.transaction() as connection:
             found = {
                 pragma: connection.exec_driver_sql(f"PRAGMA {pragma}").scalar()
                 for pragma in ("journal_mode", "synchronous", "foreign_keys", "busy_timeout")
@@ -125,7 +124,7 @@ def test_a_new_database_and_a_migrated_one_have_the_tables_of_the_code(place: st
     Store(place).close()
     with connected(place) as connection:
         context = MigrationContext.configure(connection, opts={"compare_server_default": True, "compare_type": True})
-        assert compare_metadata(context, Table.metadata) == []
+        assert compare_metadata(context, METADATA) == []
         assert context.get_current_revision() == migrate.NEWEST
         assert ScriptDirectory.from_config(migrations(connection)).get_heads() == [migrate.NEWEST]
 
@@ -321,8 +320,8 @@ def test_a_failed_transaction_changes_nothing(tmp_path: Path) -> None:
         database = store._database  # pyright: ignore[reportPrivateUsage]
 
         def fail_half_way() -> None:
-            with database.transaction() as session:
-                session.connection().exec_driver_sql("INSERT INTO settings VALUES ('bench', 'a', '1')")
+            with database.transaction() as connection:
+                connection.exec_driver_sql("INSERT INTO settings VALUES ('bench', 'a', '1')")
                 raise ZeroDivisionError
 
         with pytest.raises(ZeroDivisionError):

@@ -2,11 +2,11 @@
 
 from alembic import context
 
-from hornbill.store.tables import Table
+from hornbill.store.tables import METADATA
 
 context.configure(
     connection=context.config.attributes["connection"],
-    target_metadata=Table.metadata,
+    target_metadata=METADATA,
     render_as_batch=True,  # SQLite cannot change a column in place
 )
 with context.begin_transaction():
