@@ -63,13 +63,13 @@ def _starting() -> Iterator[dict[str, Any]]:
         "times": round(min(cpu) / min(libraries), 2), "cpu_s": round(min(cpu), 2), "libraries_cpu_s": min(libraries),
         "s_median": round(statistics.median(http), 2),
     }  # fmt: skip
-    yield line("demo responds over HTTP", figures, of="times", must=2.4, aim=1.5, peer=f"import {LIBRARIES}")
+    yield line("demo responds over HTTP", figures, of="times", must=2.0, aim=1.5, peer=f"import {LIBRARIES}")
     theirs = min(libraries_s)
     figures = {"times": round(min(ready) / theirs, 1), "s": round(min(ready), 2), "libraries_s": round(theirs, 2)}
     yield line("demo has six readable servos", figures, of="times", must=9.0, peer=f"import {LIBRARIES}")
-    yield line("memory of the demo", {"mib_max": round(max(memory))}, of="mib_max", must=125, aim=75)
+    yield line("memory of the demo", {"mib_max": round(max(memory))}, of="mib_max", must=100, aim=75)
     yield line(
-        "memory of the demo with the 3D view", {"mib_max": round(max(memory_3d))}, of="mib_max", must=150, aim=120
+        "memory of the demo with the 3D view", {"mib_max": round(max(memory_3d))}, of="mib_max", must=135, aim=120
     )
 
 
