@@ -2,9 +2,13 @@
 
 import asyncio
 import logging
+import os
 import socket
+import sys
 
-from hornbill.app.serving import REPEAT_S, RateLimit, listen
+import pytest
+
+from hornbill.app.serving import NICENESS, REPEAT_S, RateLimit, listen, raise_priority
 
 
 def test_accepted_connections_have_no_delay() -> None:
@@ -48,3 +52,22 @@ def test_other_log_lines_are_kept_except_one() -> None:
     for _ in range(2):
         assert logged(limit, "Exception in ASGI application") == "Exception in ASGI application"
     assert logged(limit, "ASGI callable returned without completing handshake.") is None
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX priorities")
+@pytest.mark.parametrize("refusal", [None, PermissionError()])
+def test_the_server_takes_a_higher_priority_if_it_may(refusal: OSError | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+
+    def set_priority(_which: int, _who: int, niceness: int) -> None:
+        asked.append(niceness)
+        if refusal is not None:
+            raise refusal
+
+    def get_priority(_which: int, _who: int) -> int:
+        return 0
+
+    monkeypatch.setattr(os, "getpriority", get_priority)
+    monkeypatch.setattr(os, "setpriority", set_priority)
+    raise_priority()
+    assert asked == [NICENESS]

@@ -1,6 +1,8 @@
 """Long computations outside the event loop, so that Stop keeps its 10 ms."""
 
 import asyncio
+import os
+import sys
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -20,7 +22,13 @@ async def inline(function: Callable[..., Any], *arguments: object) -> Any:
 @cache
 def _worker() -> ProcessPoolExecutor:
     """One process, started by the first computation: its imports take a second."""
-    return ProcessPoolExecutor(1, mp_context=get_context("spawn"))
+    return ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_yield_priority)
+
+
+def _yield_priority() -> None:
+    """Let the server, from which this process has its priority, go first."""
+    if sys.platform != "win32":
+        os.nice(10)
 
 
 async def in_a_process(function: Callable[..., Any], *arguments: object) -> Any:
