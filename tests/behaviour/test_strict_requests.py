@@ -212,6 +212,7 @@ async def test_the_usual_form_of_a_write_gets_the_response_of_every_other_form(r
     bodies = (
         '{"value":1.5}', '{"value":-1e9}', '{"value":"on"}', '{"value":NaN}', '{"value":null}', '{"value":[1]}',
         '{"value":1,"confirm":["supply"]}', '{"value":1,"valeu":2}', '{"valeu":1}', "{}", "[1]", "1.5", "{", "",
+        "[" * 10_000,
     )  # fmt: skip
     for key in ("command_angle", "smoothing", "current_angle", "no_such_key", "product_code", "memory_switching"):
         for uid in (servo.uid, servo.uid[:-1] + ("0" if servo.uid[-1] != "0" else "1")):

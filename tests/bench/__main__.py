@@ -50,8 +50,11 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _lines(modules: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """Run the modules; the time of each goes to the error output."""
     for name in modules:
+        began = time.monotonic()
         yield from import_module(f"bench.{name}").figures()
+        sys.stderr.write(f"{time.monotonic() - began:6.0f} s  {name}\n")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import time
 
 from bench.crowd import HOST, NO_FAULT, Crowd
 from bench.serial_crowd import speak
+from hornbill.app.serving import raise_priority
 from hornbill.schema.catalog import Catalog
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
@@ -63,6 +64,7 @@ class Writable:
 
 
 if __name__ == "__main__":
+    raise_priority()  # an adapter does not wait for the CPU
     servos = Crowd(Catalog.load(), int(sys.argv[2]), NO_FAULT)
     writable = Writable(servos)
     speak(int(sys.argv[1]), servos, writable.respond, writable.report, pause_s=0.0005)

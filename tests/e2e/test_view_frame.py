@@ -67,7 +67,7 @@ def opened(scene_browser: Browser) -> Iterator[Shown]:
     """A page with the frame. It must end without a request to another host and without complaints in its console."""
 
     async def host(_: Request) -> HTMLResponse:
-        source = f"/viser/{KEY}/?darkMode&quality=low&fixedDpr=1"
+        source = f"/viser/{KEY}/?darkMode&quality=low&fixedDpr=0.85"
         frame = f'<iframe title="3D view" src="{source}" width="{WIDTH}" height="{HEIGHT}">'
         policy = "default-src 'none'; frame-src 'self'; style-src 'unsafe-inline'; img-src data:"
         head = '<!doctype html><link rel="icon" href="data:,"><style>iframe{border:0}</style>'

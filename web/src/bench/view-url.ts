@@ -15,7 +15,7 @@ export function viewUrl({ key, uid, theme, quality }: Frame): string {
   const query = new URLSearchParams({ theme, quality });
   if (uid !== null) query.set("select", uid);
   if (theme === "dark") query.set("darkMode", "");
-  if (quality === "low") query.set("fixedDpr", "1");
+  if (quality === "low") query.set("fixedDpr", "0.85");
   return `${ROOT}/viser/${key}/?${query.toString()}`;
 }
 

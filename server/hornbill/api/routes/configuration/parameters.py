@@ -172,7 +172,7 @@ async def _set_directly(request: Request, body: bytes) -> Response | None:
         return None
     try:
         given = json.loads(body)
-    except ValueError:
+    except (ValueError, RecursionError):  # not JSON, or nested too deeply
         return None
     if not isinstance(given, dict) or given.keys() != {"value"}:
         return None
