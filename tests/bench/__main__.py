@@ -18,13 +18,12 @@ from bench.compare import compare  # noqa: E402
 
 USUAL = (
     "stack", "reading", "configuring", "streaming", "stopping", "jogging", "commanding", "start", "adapter",
-    "connecting", "allocation", "simulation", "recorder", "sockets", "load", "plots", "page", "view",
-    "guest", "rest",
+    "connecting", "allocation", "simulation", "recorder", "sockets", "page", "view", "guest", "rest",
 )  # fmt: skip
 """Modules that run if none is named."""
 
-LONG = ("endurance", "mechanics", "improve", "identify", "soak", "overnight", "database")
-"""Modules that run only when named: each takes minutes."""
+LONG = ("load", "plots", "endurance", "mechanics", "improve", "identify", "soak", "overnight", "database")
+"""Modules that run only when named: most take minutes."""
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -183,12 +183,13 @@ class Dispatch:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve the request."""
         row: RouteRole | None = scope.get(ROW)
-        match, found = (Match.NONE, {}) if row is None else row.route.matches(scope)
-        if row is None or match is not Match.FULL:
-            await self._router(scope, receive, send)
-            return
-        scope.update(found)
-        await row.route.handle(scope, receive, send)
+        if row is not None:
+            match, found = row.route.matches(scope)
+            if match is Match.FULL:
+                scope.update(found)
+                await row.route.handle(scope, receive, send)
+                return
+        await self._router(scope, receive, send)
 
 
 def _summary(name: str) -> str:

@@ -1,11 +1,10 @@
 """Parameter routes: GET and PUT of a row, and GET and PATCH of the whole set."""
 
-import json
 from collections.abc import Collection
 from typing import Annotated
 
 from fastapi import Depends, Path, Query, Request
-from pydantic import Field, create_model
+from pydantic import Field, ValidationError, create_model
 from starlette.responses import Response
 
 from hornbill.api import present
@@ -162,7 +161,7 @@ def _any_row(made: Routes) -> None:
 
 
 async def _set_directly(request: Request, body: bytes) -> Response | None:
-    """Response to the write of a value without confirmations, on a servo that is named by its unique ID."""
+    """Response to a valid write of a readable row of a servo that is named by its unique ID."""
     uid, key, host = request.path_params["uid"], request.path_params["key"], host_of(request)
     if (
         request.headers.get("content-type") != "application/json"
@@ -171,13 +170,11 @@ async def _set_directly(request: Request, body: bytes) -> Response | None:
     ):
         return None
     try:
-        given = json.loads(body)
-    except (ValueError, RecursionError):  # not JSON, or nested too deeply
-        return None
-    if not isinstance(given, dict) or given.keys() != {"value"}:
+        given = RowValue.model_validate_json(body)
+    except ValidationError:  # the declared way says what is wrong
         return None
     servo = host.fleet.get(Uid(uid))
-    await _write(host, servo, host.changes.row(servo, key), given["value"], request.headers.get("lease"), ())
+    await _write(host, servo, host.changes.row(servo, key), given.value, request.headers.get("lease"), given.confirm)
     return Response(present.reading_json(host, servo, key), media_type="application/json")
 
 

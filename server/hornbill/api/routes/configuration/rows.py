@@ -62,7 +62,7 @@ def _declare(made: Routes, catalog: Catalog, row: Parameter) -> None:
         "response_model": reading_types(catalog)[row.key],
     }
     extra: dict[str, Any] = {"x-unit": row.unit, "x-effect": effect}
-    summary = {"operation_id": f"get_{row.key}", "summary": row.label}
+    summary: dict[str, Any] = {"operation_id": f"get_{row.key}", "summary": row.label}
 
     async def get(host: TheHost, servo: TheServo) -> None: ...
 

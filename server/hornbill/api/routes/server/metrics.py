@@ -3,11 +3,10 @@
 import asyncio
 import platform
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Final, Literal, NamedTuple
+from importlib import import_module
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from fastapi import Request, Response
-from prometheus_client import ProcessCollector, generate_latest
-from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily, Metric
 
 from hornbill import __version__
 from hornbill.api.dependencies import TheHost
@@ -23,6 +22,9 @@ from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.host import Host
 from hornbill.servo.runtime.histogram import Histogram
 from hornbill.wire.port import NO_PORT, PortState
+
+if TYPE_CHECKING:
+    from prometheus_client.core import Metric  # imported late, because many servers are never scraped
 
 routes = Routes("server", prefix="")
 
@@ -130,6 +132,9 @@ _Samples = Iterable[tuple[Sequence[str], float]]
 @routes.get("/metrics", Role.VIEW, include_in_schema=False)
 async def get_metrics(host: TheHost, request: Request) -> Response:
     """All metrics. Yields to the event loop after each, so that a scrape does not delay a stop."""
+    await asyncio.to_thread(import_module, "prometheus_client")
+    from prometheus_client import generate_latest
+
     text = bytearray()
     for family in collect(host, request.app.state.measures, getattr(request.app.state, "event_log", None)):
         text += generate_latest(_One(family))
@@ -140,15 +145,17 @@ async def get_metrics(host: TheHost, request: Request) -> Response:
 class _One:
     """Adapter of one family to the library's writer."""
 
-    def __init__(self, family: Metric) -> None:
+    def __init__(self, family: "Metric") -> None:
         self._family = family
 
-    def collect(self) -> Iterator[Metric]:
+    def collect(self) -> Iterator["Metric"]:
         yield self._family
 
 
-def collect(host: Host, measures: Measures, log: EventLog | None) -> Iterator[Metric]:
+def collect(host: Host, measures: Measures, log: EventLog | None) -> Iterator["Metric"]:
     """Current values of all metrics. `log`: event log, None without live clients."""
+    from prometheus_client import ProcessCollector
+
     yield _family("build_info", [((__version__, platform.python_version()), 1)])
     yield _family("uptime_seconds", [((), host.base.now() - host.started_at)])
     yield from _server(host)
@@ -169,7 +176,7 @@ def collect(host: Host, measures: Measures, log: EventLog | None) -> Iterator[Me
     yield from ProcessCollector(registry=None).collect()
 
 
-def _server(host: Host) -> Iterator[Metric]:
+def _server(host: Host) -> Iterator["Metric"]:
     server, parts = host.doctor.of_server, parts_of(host)
     states = [((name, state), part.state == state) for name, part in parts.items() for state in STATES]
     yield _family("part_state", states)
@@ -183,7 +190,7 @@ def _server(host: Host) -> Iterator[Metric]:
     yield _family("loop_lag_recent_seconds", [((), server.lag_s)])
 
 
-def _bus(host: Host) -> Iterator[Metric]:
+def _bus(host: Host) -> Iterator["Metric"]:
     connection = host.connection
     port = NO_PORT if connection is None else connection.port
     yield _family("bus_state", [((state.value,), port.state is state) for state in PortState])
@@ -208,7 +215,7 @@ def _bus(host: Host) -> Iterator[Metric]:
     yield _family("bus_refusals", [((kind,), count) for kind, count in requests.refused.items()])
 
 
-def _servos(host: Host) -> Iterator[Metric]:
+def _servos(host: Host) -> Iterator["Metric"]:
     now, servos = host.base.now(), host.fleet.all()
     states = [one.state for one in servos]
     online = [one for one in servos if one.online]
@@ -246,7 +253,7 @@ def _servos(host: Host) -> Iterator[Metric]:
     yield _family("servo_unsaved_parameters", [(_who(one), len(one.unsaved())) for one in online])
 
 
-def _motion(host: Host) -> Iterator[Metric]:
+def _motion(host: Host) -> Iterator["Metric"]:
     latch = host.stop.latch
     yield _family("stop_latched", [((), latch is not None)])
     yield _family("stop_unconfirmed_servos", [((), 0 if latch is None else len(latch.unconfirmed()))])
@@ -281,7 +288,9 @@ def _knows_faults(one: Servo, now: float) -> bool:
     return all(word is not None and not is_stale(one, word, now) for word in words)
 
 
-def _family(name: str, samples: _Samples) -> Metric:
+def _family(name: str, samples: _Samples) -> "Metric":
+    from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
+
     shown = _BY_NAME[f"hornbill_{name}"]
     kind = CounterMetricFamily if shown.kind == "counter" else GaugeMetricFamily
     made = kind(shown.name, shown.help, labels=shown.labels)
@@ -290,7 +299,9 @@ def _family(name: str, samples: _Samples) -> Metric:
     return made
 
 
-def _spreads(name: str, samples: Iterable[tuple[Sequence[str], Histogram]]) -> Metric:
+def _spreads(name: str, samples: Iterable[tuple[Sequence[str], Histogram]]) -> "Metric":
+    from prometheus_client.core import HistogramMetricFamily
+
     shown = _BY_NAME[f"hornbill_{name}"]
     made = HistogramMetricFamily(shown.name, shown.help, labels=shown.labels)
     for labels, spread in samples:
