@@ -43,15 +43,9 @@ class Meter:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Forward the request and record its outcome."""
-        kind = scope["type"]
-        if kind == "http":
-            await self._request(scope, receive, send)
-        elif kind == "websocket":
-            await self._socket(scope, receive, send)
-        else:
-            await self._app(scope, receive, send)
-
-    async def _request(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            await (self._socket if scope["type"] == "websocket" else self._app)(scope, receive, send)
+            return
         measures, began, status = self._measures, perf_counter(), _GONE
 
         async def sending(message: Message) -> None:

@@ -125,7 +125,9 @@ class Routes:
                         route.body_field.validate(None)
                 return route
 
-            self.rows.append(RouteRole(_LazyRoute(self._prefix + path, endpoint, method, build, direct), least))
+            parts = self._prefix + path, endpoint, method, build
+            route = _LazyRoute(*parts) if direct is None else _DirectRoute(direct, *parts)
+            self.rows.append(RouteRole(route, least))
             return endpoint
 
         return add
@@ -143,13 +145,10 @@ class _LazyRoute(APIRoute):
     Until then it has what the look-up of a request needs.
     """
 
-    def __init__(
-        self, path: str, endpoint: Callable[..., Any], method: str, build: Callable[[], APIRoute], direct: Direct | None
-    ) -> None:
+    def __init__(self, path: str, endpoint: Callable[..., Any], method: str, build: Callable[[], APIRoute]) -> None:
         self.path, self.endpoint, self.methods = path, endpoint, {method}
         self.path_regex, self.path_format, self.param_convertors = compile_path(path)
         self._build: Callable[[], APIRoute] | None = build
-        self._direct = direct
 
     def __getattr__(self, name: str) -> Any:
         build: Callable[[], APIRoute] | None = vars(self).get("_build")
@@ -158,20 +157,28 @@ class _LazyRoute(APIRoute):
         vars(self).update(vars(build()), _build=None)
         return getattr(self, name)
 
+    @cached_property
+    def query(self) -> frozenset[str] | None:
+        """Names of the query parameters; None if any are accepted."""
+        return frozenset(query_names(self.dependant)) if self.path.startswith(_STRICT) else None
+
+
+class _DirectRoute(_LazyRoute):
+    """The same, with a function for the usual form of its requests."""
+
+    def __init__(self, direct: Direct, *parts: Any) -> None:
+        super().__init__(*parts)
+        self._direct = direct
+
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve a request whose path matches, or refuse its method."""
-        if self._direct is not None and scope["method"] in (self.methods or ()):
+        if scope["method"] in (self.methods or ()):
             body, receive = await whole(receive)
             response = None if body is None else await self._direct(Request(scope), body)
             if response is not None:
                 await response(scope, receive, send)
                 return
         await super().handle(scope, receive, send)
-
-    @cached_property
-    def query(self) -> frozenset[str] | None:
-        """Names of the query parameters; None if any are accepted."""
-        return frozenset(query_names(self.dependant)) if self.path.startswith(_STRICT) else None
 
 
 class Dispatch:
