@@ -8,14 +8,25 @@ interface Frame {
   uid: string | null;
   theme: "light" | "dark";
   quality: Quality;
+  /** Of the frame, CSS pixels. */
+  width: number;
+  height: number;
 }
 
+/** As many pixels as software draws thirty times a second. */
+const PIXELS = 580_000;
+/** More pixels per CSS pixel than this cannot be told apart. Small frames need them, because edges are not smoothed. */
+const FINEST = 1.5;
+
 /** The address of the frame. Its socket uses the same origin, so nothing else is named here. */
-export function viewUrl({ key, uid, theme, quality }: Frame): string {
+export function viewUrl({ key, uid, theme, quality, width, height }: Frame): string {
   const query = new URLSearchParams({ theme, quality });
   if (uid !== null) query.set("select", uid);
   if (theme === "dark") query.set("darkMode", "");
-  if (quality === "low") query.set("fixedDpr", "0.85");
+  if (quality === "low") {
+    const ratio = Math.min(FINEST, Math.sqrt(PIXELS / Math.max(1, width * height)));
+    query.set("fixedDpr", ratio.toFixed(2));
+  }
   return `${ROOT}/viser/${key}/?${query.toString()}`;
 }
 

@@ -88,8 +88,9 @@ export function Scene({
     }
     state.value = "loading";
     link.open();
+    const { clientWidth: width = 0, clientHeight: height = 0 } = frame.current ?? {};
     frame.current?.contentWindow?.location.replace(
-      viewUrl({ key: link.key, uid, theme: look, quality: drawn }),
+      viewUrl({ key: link.key, uid, theme: look, quality: drawn, width, height }),
     );
     const late = setTimeout(() => {
       if (state.peek() === "loading") state.value = "none";
