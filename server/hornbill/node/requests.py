@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final, cast
+from typing import Any, Final
 
 from hornbill.errors import Busy, NoResponse
 from hornbill.node.hooks import Hooks
@@ -29,10 +29,6 @@ _WAITS: Final = float("inf")
 
 _STALL_S: Final = 0.01
 """A timer this late means that the event loop was blocked. The timeout is then extended once by this time."""
-
-_REQUEST: Final = Kind.REQUEST
-# Transfer(...) without its function call.
-_new: Final = cast("Callable[[type[Transfer], tuple[object, ...]], Transfer]", tuple.__new__)
 
 _Key = tuple[int, int, int]
 """Destination node, service type ID, transfer ID: what identifies a response."""
@@ -240,13 +236,17 @@ class Requests:
         try:
             transfer_id = self._next_transfer_id(destination, data_type.id, now)
             self._transmit(
-                _new(
-                    Transfer,
-                    (_REQUEST, data_type.id, self._node_id, destination, exchange.priority, transfer_id,
-                     exchange.payload, 0.0),
+                Transfer(
+                    Kind.REQUEST,
+                    data_type.id,
+                    self._node_id,
+                    destination,
+                    exchange.priority,
+                    transfer_id,
+                    exchange.payload,
                 ),
                 data_type,
-            )  # fmt: skip
+            )
         except Exception as error:
             self._release(exchange)
             if not exchange.done.done():
