@@ -96,14 +96,14 @@ class GuardedPort(PortWrapper):
         if self._role is not ConnectionRole.HOST:
             self._check_role(frames)
         frames = tuple(frames)  # a copy: the checked frames are sent, even if the caller's list changes
+        suspects = [frame for frame in frames if frame.id & _FILTER in _SUSPECTS]
         try:
-            for frame in frames:
-                if frame.id & _FILTER in _SUSPECTS:
-                    self._follow(frame)
+            for frame in suspects:
+                self._follow(frame)
             self._behind.send(frames)
         except Exception:
             # Discard partial transfers: their remaining frames might complete another one.
-            for frame in frames:
+            for frame in suspects:
                 self._partial.pop(frame.id & _SESSION, None)
             raise
 
@@ -127,18 +127,16 @@ class GuardedPort(PortWrapper):
 
     def _follow(self, frame: Frame) -> None:
         """Track one frame of a checked type, and check the transfer it completes."""
-        can_id, data, _ = frame
+        can_id = frame.id
         is_get_set = can_id & _FILTER == _GET_SET
         if not is_get_set and (can_id & 0x00FF_FF80 != _COMMAND or not can_id & 0x7F):
             return
         # Receivers may or may not distinguish sessions by priority. One transfer at a time is safe for both.
         key = can_id & _SESSION
         before = self._partial.pop(key, None)
-        data = bytes(data)
+        data = bytes(frame.data)
         tail = data[-1] if data else 0
-        if tail & (START | END | TOGGLE) == START | END:
-            due, gathered = 0, data[:-1]
-        elif tail & START:
+        if tail & START:
             if tail & TOGGLE or not data:
                 raise _malformed()
             due, gathered = (tail & 0x1F) | TOGGLE, data[:-1]
