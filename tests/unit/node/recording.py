@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from hornbill.errors import BusDisconnected, PortError
 from hornbill.node.guard import GuardedPort
+from hornbill.node.role import ConnectionRole
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PLAIN, FrameSink, PortState, PortStatistics
 
@@ -50,7 +51,9 @@ class RecordingPort:
 WRITABLE = frozenset({"0x20", "0x2A", "0x38", "0x12"})
 
 
-def port(*, allow_broadcast: bool = False, writable: frozenset[str] = WRITABLE) -> tuple[GuardedPort, RecordingPort]:
+def port(
+    *, allow_broadcast: bool = False, writable: frozenset[str] = WRITABLE, role: ConnectionRole = ConnectionRole.HOST
+) -> tuple[GuardedPort, RecordingPort]:
     """A guarded port and its inner port."""
     inner = RecordingPort()
-    return GuardedPort(inner, writable=writable, allow_broadcast=allow_broadcast), inner
+    return GuardedPort(inner, writable=writable, allow_broadcast=allow_broadcast, role=role), inner

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from hornbill.errors import BusDisconnected, ForbiddenParameter, OutOfRange
+from hornbill.errors import BusDisconnected, BusReadOnly, ForbiddenParameter, OutOfRange
+from hornbill.node.role import ConnectionRole
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorCommand, ArrayCommand, CommandType, NodeStatus
+from hornbill.wire.messages import ActuatorCommand, AllocationMessage, ArrayCommand, CommandType, NodeStatus
 from hornbill.wire.port import CanPort, PortState
 from hornbill.wire.services import EMPTY, GetNodeInfoRequest, GetSetRequest, GetSetResponse, Value, ValueKind, integer
 from hornbill.wire.transfer import Transfer, split
@@ -329,3 +330,34 @@ def test_a_transfer_sent_in_parts_is_checked_as_a_whole(passing: list[list[Frame
 
 def test_a_command_to_every_servo_passes_if_allowed() -> None:
     assert_passes(message(commands(255)), allow_broadcast=True)
+
+
+ALLOCATION = split(
+    Transfer(Kind.MESSAGE, 1, 127, 0, 30, 0, AllocationMessage(5, False, b"unique").encode()), AllocationMessage.TYPE
+)
+STATUS = split(Transfer(Kind.MESSAGE, 341, 127, 0, 16, 0, bytes(7)), NodeStatus.TYPE)
+
+
+@pytest.mark.parametrize(
+    ("role", "frames", "cause"),
+    [
+        (ConnectionRole.OBSERVER, STATUS, "observer_sends_nothing"),
+        (ConnectionRole.OBSERVER, read("0x38"), "observer_sends_nothing"),
+        (ConnectionRole.GUEST, ALLOCATION, "guest_allocates_nothing"),
+        (ConnectionRole.GUEST, [*STATUS, *ALLOCATION, *STATUS], "guest_allocates_nothing"),
+        (ConnectionRole.GUEST, [*STATUS, *read("0x38")], None),
+        (ConnectionRole.HOST, ALLOCATION, None),
+    ],
+)
+def test_an_observer_sends_nothing_and_a_guest_allocates_nothing(
+    role: ConnectionRole, frames: list[Frame], cause: str | None
+) -> None:
+    guarded, inner = port(role=role)
+    if cause is None:
+        guarded.send(frames)
+        assert inner.sent == frames
+        return
+    with pytest.raises(BusReadOnly) as caught:
+        guarded.send(frames)
+    assert caught.value.facts["cause"] == cause
+    assert inner.sent == []
