@@ -14,7 +14,7 @@ import numpy as np
 from hornbill.domain.plant import PlantConstants
 from hornbill.schema.model import ServoModel
 from hornbill.sim.mechanics.motion import Controller, HornMotion, Orders
-from hornbill.sim.mechanics.plant import Plant, plant_of
+from hornbill.sim.mechanics.plant import STEP_S, Plant, plant_of
 from hornbill.units import Raw
 
 GAINS: Final = ("angle_p_gain", "angle_d_gain", "angle_dead_band", "angle_boost")
@@ -29,6 +29,7 @@ SHAPING: Final = (
 
 SAMPLE_S: Final = 0.002
 """Interval of computed angles."""
+_STEPS: Final = round(SAMPLE_S / STEP_S)
 _SUPPLY_EVERY: Final = 12
 """Samples between updates of the supply voltage under load."""
 _DROOP: Final = 0.06
@@ -128,15 +129,17 @@ class Loop:
             count = round(move.duration_s / SAMPLE_S)
             angles = np.empty(count + 1)
             angles[0] = horn.angle
-            for index in range(count):
-                if not index % _SUPPLY_EVERY:
-                    if horn.asleep and index:
-                        angles[index + 1 :] = horn.angle
-                        break
-                    volts = round((self.supply_v - sag * abs(horn.torque)) / plant.nominal_v, 2)
-                    horn.obey(loop.orders(move.to_deg, volts))
-                horn.advance(now + (index + 1) * SAMPLE_S + 1e-9)
-                angles[index + 1] = horn.angle
+            for index in range(0, count, _SUPPLY_EVERY):
+                if horn.asleep and index:
+                    angles[index + 1 :] = horn.angle
+                    break
+                volts = round((self.supply_v - sag * abs(horn.torque)) / plant.nominal_v, 2)
+                horn.obey(loop.orders(move.to_deg, volts))
+                end, steps = min(index + _SUPPLY_EVERY, count), list[float]()
+                horn.advance(now + end * SAMPLE_S + 1e-9, steps)
+                seen = steps[_STEPS - 1 :: _STEPS]
+                angles[index + 1 : end + 1] = horn.angle
+                angles[index + 1 : index + 1 + len(seen)] = seen
             now += count * SAMPLE_S
             horn.advance(now + 1e-9)
             found.append(angles)

@@ -238,8 +238,11 @@ class HornMotion:
         heat, self._heat = self._heat, 0.0
         return heat
 
-    def advance(self, now: Instant) -> None:
-        """Integrate up to `now`, less than one step short of it."""
+    def advance(self, now: Instant, trace: list[float] | None = None) -> None:
+        """Integrate up to `now`, less than one step short of it.
+
+        `trace` receives the angle after each step, and none once the horn sleeps.
+        """
         steps = int((now - self._at) / STEP_S)
         if steps <= 0:
             return
@@ -400,6 +403,8 @@ class HornMotion:
                     angle = motor + gap
             if shaped:
                 angle = low if angle < low else high if angle > high else angle
+            if trace is not None:
+                trace.append(angle)
         self.angle, self.speed, self._point, self._integral, self.torque = angle, speed, point, integral, torque
         self.motor = motor
         self._heat += heat * STEP_S
