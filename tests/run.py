@@ -67,25 +67,30 @@ class Outcome:
 
 
 VITEST: Final = Stage("page, without a browser", program=("npm", "--prefix", "web", "run", "--silent", "test"))
-WALKED: Final = "tests/commands/test_guides.py"
-"""The guides take minutes: `contract/test_doc_references.py` checks each of their commands in `make test`."""
-COMMANDS: Final = Stage(
-    "commands, links", ("tests/commands", "tests/links", f"--ignore={WALKED}"), ("-n", "3", "--dist", "loadfile")
-)
-SOCKETCAN: Final = Stage(
-    "socketcan", ("tests/socketcan", "-p", "no:cacheprovider"), wrapper=(*WRAPPER, "--") if WRAPPER else ()
-)
+CORE: Final = ("tests/unit", "tests/contract", "tests/behaviour")
+COMMANDS: Final = ("tests/commands", "tests/links")
+BROWSER: Final = ("-n", "4", "--dist", "loadfile", "--no-loadscope-reorder")
+"""A page waits half of the time. e2e/conftest.py orders the files."""
+SHORT: Final = ("-m", "not release")
+LONG: Final = ("-m", "release")
+SOCKETCAN: Final = ("tests/socketcan", "-p", "no:cacheprovider")
+KERNEL: Final = (*WRAPPER, "--") if WRAPPER else ()
 TEST: Final = (
     (
-        Stage("unit, contract, behaviour", ("tests/unit", "tests/contract", "tests/behaviour"), ("-n", "auto")),
-        SOCKETCAN,  # these two wait for servos most of the time, in real time
-        COMMANDS,
+        Stage("unit, contract, behaviour", (*CORE, *SHORT), ("-n", "auto")),
+        Stage(
+            "socketcan", (*SOCKETCAN, *SHORT), wrapper=KERNEL
+        ),  # these two wait for servos most of the time, in real time
+        Stage("commands, links", (*COMMANDS, *SHORT), ("-n", "3", "--dist", "loadfile")),
     ),
-    # A page waits half of the time. e2e/conftest.py orders the files.
-    (Stage("browser", ("tests/e2e",), ("-n", "4", "--dist", "loadfile", "--no-loadscope-reorder")), VITEST),
+    (Stage("browser", ("tests/e2e", *SHORT), BROWSER), VITEST),
 )
 RELEASE: Final = (
-    (Stage("guides", (WALKED,)),),
+    (
+        Stage("long tests", (*CORE, *COMMANDS, *LONG), ("-n", "auto", "--dist", "loadfile")),
+        Stage("socketcan, long tests", (*SOCKETCAN, *LONG), wrapper=KERNEL),
+    ),
+    (Stage("browser, long tests", ("tests/e2e", *LONG), BROWSER),),
     (Stage("fresh environments, image, other browsers", ("tests/release",)),),
 )
 
@@ -141,9 +146,7 @@ def main(arguments: list[str]) -> int:
             break
     print("\n".join(f"{one.seconds:6.0f} s  {one.stage.name}: {one.result}" for one in outcomes))
     if not release:
-        print(
-            "  left to make test-release: guides from top to bottom, generated clients, more requests to each operation"
-        )
+        print("  left to make test-release: tests marked `release`, and those in tests/release")
     print(f"{time.monotonic() - begun:6.0f} s  in all", flush=True)
     return int(any(one.result == "FAILED" for one in outcomes))
 

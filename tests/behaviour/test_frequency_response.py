@@ -51,7 +51,11 @@ def angles(rig: Rig) -> list[float]:
 
 
 @pytest.mark.parametrize(
-    "case", [Case("BLA21-12U-A0", 0.0, True), Case("BLA15-12U-A0", 3.0, False)], ids=["0x25 on", "with inertia"]
+    "case",
+    [
+        pytest.param(Case("BLA21-12U-A0", 0.0, True), id="0x25 on"),
+        pytest.param(Case("BLA15-12U-A0", 3.0, False), id="with inertia", marks=pytest.mark.release),
+    ],
 )
 def test_a_response_is_that_of_an_independent_integration(case: Case) -> None:
     """All models and inertias: `make bench BENCH=identify`."""

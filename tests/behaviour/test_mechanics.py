@@ -198,6 +198,7 @@ async def test_a_blocked_horn_ends_it_with_a_sentence(rig: Rig) -> None:
     await is_safe(rig, servo, before)
 
 
+@pytest.mark.release
 @scene(recipe(PlantConstants(breakaway=0.4, coulomb=0.35)))
 async def test_a_binding_horn_ends_it_with_a_sentence(rig: Rig) -> None:
     servo = (await rig.ready())[0]

@@ -132,7 +132,7 @@ def figures() -> Iterator[dict[str, Any]]:
         "lost": sum(ours["lost"] for ours, _ in pairs),
     }
     yield line("slcan receive over a pty", figures, of="wall_us", must=100, aim=50, peer=PEER)
-    for burst in (70, 7, 1):
+    for burst in (70, 1):
         runs = [measure(PACED, burst, BUS_FPS) for _ in range(ROUNDS)]
         figures = {
             "frames_a_burst": burst,

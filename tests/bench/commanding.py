@@ -11,7 +11,7 @@ import httpx
 from bench.line import line
 from bench.processes import adapter, server, wait_until_ready
 
-SERVOS, RATE_HZ, MEASURED_S = 60, 50.0, 20.0
+SERVOS, RATE_HZ, MEASURED_S = 60, 50.0, 12.0
 BAUD = 3_000_000
 """Baud rate of the serial line; at 1,000,000 the stream would be rejected for exceeding its share."""
 

@@ -22,7 +22,7 @@ from unit.view.onlooker import CAMERA, Onlooker
 ROUNDS = 3
 LIBRARIES = "fastapi, uvicorn, sqlalchemy, numpy"
 """What the demo cannot do without."""
-SHOWN_S = 3.0
+SHOWN_S = 2.0
 """Duration of watching the 3D view before memory is read."""
 
 

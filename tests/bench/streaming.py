@@ -20,7 +20,7 @@ from bench.processes import adapter, cpu_s, server, wait_until_ready
 from bench.stack import decode_with_peer, saturated_mix
 
 SERVOS = 125
-MEASURED_S = 15.0
+MEASURED_S = 12.0
 MUST, AIM = 1.0, 0.6
 """CPU time of the server, as a multiple of the peer's."""
 TOPICS = ["servos", "telemetry", "events", "jobs", "bus"]

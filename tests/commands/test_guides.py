@@ -1,4 +1,4 @@
-"""Every command of every guide is run, each guide from top to bottom in one shell; part of `make test-release`."""
+"""Every command of every guide is run, each guide from top to bottom in one shell."""
 
 import re
 import signal
@@ -12,6 +12,7 @@ from e2e.servers import Server
 
 PAGES = [file for file in guides() if any(not one.marks for one in blocks(file))]
 MARKED = [one for file in guides() for one in blocks(file) if one.marks]
+pytestmark = pytest.mark.release  # `contract/test_doc_references.py` checks each command in `make test`
 NO_HARDWARE = "needs hardware"
 
 

@@ -56,7 +56,7 @@ def test_it_determines_each_unit_of_a_position(server: Server, place: int) -> No
     assert set(probed.skipped) == {"restart", "save"}
 
 
-@pytest.mark.parametrize("usual", [False, True])
+@pytest.mark.parametrize("usual", [False, pytest.param(True, marks=pytest.mark.release)])
 def test_it_determines_restart_and_save(server: Server, tmp_path: Path, usual: bool) -> None:
     uid = str(server.servos()[0]["uid"])  # it has a stored node ID: requesting one takes a second
     switches = {"acknowledges_save": usual, "acknowledges_restart": usual, "array_command_shows": usual}

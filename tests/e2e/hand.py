@@ -3,12 +3,13 @@
 from collections.abc import Generator
 from contextlib import contextmanager
 
+import pytest
 from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
 
 from e2e.contexts import page_in
 from e2e.steps import chord
 
-WAYS = ("touch", "keyboard")
+WAYS = ("touch", pytest.param("keyboard", marks=pytest.mark.release))
 """Touch on a tablet, keys in a wide window, the mouse in the same window as keys."""
 TABLET: ViewportSize = {"width": 820, "height": 1180}
 

@@ -15,6 +15,8 @@ from e2e.state import latched, no_lease, read, servo_of, uids_of, write
 from e2e.steps import stage
 from e2e.test_access import show
 
+pytestmark = pytest.mark.release
+
 MODEL = "BLA21-12U-A0"
 
 Say = Callable[[str], None]

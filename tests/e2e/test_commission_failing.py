@@ -136,6 +136,7 @@ def test_an_id_taken_by_another_client_is_rejected_before_any_write(
         server.api.delete(f"/sim/servos/{twin}")
 
 
+@pytest.mark.release
 def test_a_cancelled_job_is_resumed_after_a_reload(context: BrowserContext, server: Server, servos: list[str]) -> None:
     page = context.new_page()
     at_check(page, server, 3)
@@ -162,6 +163,7 @@ def test_a_cancelled_job_is_resumed_after_a_reload(context: BrowserContext, serv
     all_done(page, server, servos)
 
 
+@pytest.mark.release
 def test_a_job_failed_by_a_silent_servo_resumes_on_the_next_server(context: BrowserContext, tmp_path: Path) -> None:
     page = context.new_page()
     with running(*serving(tmp_path, "--sim-api")) as server:
@@ -191,6 +193,7 @@ def test_a_job_failed_by_a_silent_servo_resumes_on_the_next_server(context: Brow
         assert saved_ids(again, servos[:1]) == [held]
 
 
+@pytest.mark.release
 def test_a_job_interrupted_by_a_server_restart_resumes_from_another_browser(
     context: BrowserContext, tmp_path: Path
 ) -> None:

@@ -16,6 +16,8 @@ from e2e.servers import Demo
 from e2e.sphinx_site import sphinx
 from e2e.state import WAIT_S
 
+pytestmark = pytest.mark.release
+
 
 class Links(HTMLParser):
     """Targets of links of a page, and anchors in it."""

@@ -211,6 +211,7 @@ BREAKS = {
 }
 
 
+@pytest.mark.release
 def test_each_crashed_page_leaves_the_frame_and_can_be_retried(fresh_page: Page, demo: Demo) -> None:
     page, uid = fresh_page, uids_of(demo)[0]
     throws = "if (n++ === 0) throw new Error('broken here'); return 'mended';"

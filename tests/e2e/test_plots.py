@@ -168,6 +168,7 @@ def heads(plot: Locator) -> int:
     return plot.locator(".plot-lane canvas").first.evaluate(HEADS)
 
 
+@pytest.mark.release
 def test_writes_and_faults_are_marked_in_the_plot(page: Page, demo: Demo, uid: str) -> None:
     """A mark alone is 8 columns wide; its word, "fault", makes it 15 to 17 (a write's is longer)."""
     plot = opened(page, demo, uid)

@@ -108,6 +108,7 @@ def recorded(context: BrowserContext, recording: tuple[Server, str]) -> Iterator
     server.api.delete("/stop").raise_for_status()
 
 
+@pytest.mark.release
 def test_a_recording_is_replayed_as_a_bus_to_its_end(recorded: tuple[Server, Page, str]) -> None:
     server, page, name = recorded
     page.goto(f"{server.url}recorder#{name}")
@@ -130,6 +131,7 @@ def test_a_recording_is_replayed_as_a_bus_to_its_end(recorded: tuple[Server, Pag
     server.ready(2)
 
 
+@pytest.mark.release
 def test_the_stop_band_links_to_its_recording(recorded: tuple[Server, Page, str]) -> None:
     server, page, name = recorded
     (stored,) = [one for one in server.api.get("/recorder/recordings").json() if one["name"] == name]

@@ -136,6 +136,7 @@ def test_rest_sockets_and_view_work_below_a_path(upstream: str, tmp_path: Path, 
         assert TOKEN not in log.read_text()
 
 
+@pytest.mark.release
 def test_the_page_works_below_a_path(upstream: str, tmp_path: Path, scene_browser: Browser) -> None:
     with nginx(tmp_path, upstream, strips=False) as (url, _):
         context = scene_browser.new_context(viewport=WIDE)

@@ -18,7 +18,7 @@ from e2e.servers import Demo, running
 from e2e.state import no_lease, uids_of, wait_for
 from e2e.test_technician import horn
 
-pytestmark = pytest.mark.scene
+pytestmark = [pytest.mark.scene, pytest.mark.release]
 
 MOVES = (30, -45, 10)
 

@@ -10,6 +10,8 @@ from playwright.sync_api import Page, expect
 
 from e2e.servers import Demo, Server, running, serving
 
+pytestmark = pytest.mark.release
+
 HERE, THERE = "a0" * 16, "b0" * 16
 
 

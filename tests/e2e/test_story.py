@@ -173,6 +173,7 @@ def press(page: Page, testid: str, key: str = "Enter") -> None:
     page.keyboard.press(key)
 
 
+@pytest.mark.release
 def test_the_wizard_works_by_keyboard(page_of: Page, server: Server) -> None:
     page, names = page_of, NAMES[:4]
     uids = from_the_bag(server, 4)

@@ -288,6 +288,7 @@ def test_a_cancelled_improve_restores_the_gains_and_says_so(page: Page, demo: De
     no_lease(demo)
 
 
+@pytest.mark.release
 def test_a_recording_is_saved_opened_without_a_bus_and_deleted(page: Page, demo: Demo, servo: str) -> None:
     page.goto(demo.url + "recorder")
     expect(page.get_by_test_id("recorder-state")).to_contain_text("frames")

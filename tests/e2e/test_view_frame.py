@@ -272,6 +272,7 @@ def test_dragging_needs_motion_control_and_only_stages_limits(page: Page, demo: 
     assert demo.api.get("/leases").json() == []
 
 
+@pytest.mark.release
 def test_the_chosen_quality_is_stored(page: Page, demo: Demo) -> None:
     uid = uids_of(demo)[0]
     open_view(page, demo, uid)

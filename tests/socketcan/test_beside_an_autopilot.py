@@ -154,6 +154,7 @@ def test_an_observer_sends_no_frame(witness: str, tmp_path: Path) -> None:
     assert counted[AUTOPILOT] > 100, "candump received the others"
 
 
+@pytest.mark.release
 def test_a_guest_keeps_its_budget_and_shows_who_commands(witness: str, tmp_path: Path) -> None:
     log = tmp_path / "log"
     with (

@@ -122,6 +122,7 @@ def test_gain_and_phase_are_those_of_a_linear_system(kind: Any, hz: float, zeta:
     assert np.abs(gain[good & resonance]).max() < 0.2
 
 
+@pytest.mark.release
 def test_a_stated_interval_contains_the_truth_as_often_as_it_says() -> None:
     """With quantisation and noise, 12 measurements of 44 frequencies and their metrics."""
     system = second_order(6.0, 0.5)

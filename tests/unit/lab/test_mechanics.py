@@ -25,6 +25,7 @@ PLANT = plant_of(MODEL)
 engine: Any = mujoco
 
 
+@pytest.mark.release
 def test_the_truth_of_ten_random_horns_is_within_the_intervals_and_twins_follow_unseen_commands() -> None:
     """The bench does the same with 100 horns."""
     stated = missed = 0
