@@ -78,9 +78,8 @@ KERNEL: Final = (*WRAPPER, "--") if WRAPPER else ()
 TEST: Final = (
     (
         Stage("unit, contract, behaviour", (*CORE, *SHORT), ("-n", "auto")),
-        Stage(
-            "socketcan", (*SOCKETCAN, *SHORT), wrapper=KERNEL
-        ),  # these two wait for servos most of the time, in real time
+        # These two wait for servos most of the time, in real time.
+        Stage("socketcan", (*SOCKETCAN, *SHORT), wrapper=KERNEL),
         Stage("commands, links", (*COMMANDS, *SHORT), ("-n", "3", "--dist", "loadfile")),
     ),
     (Stage("browser", ("tests/e2e", *SHORT), BROWSER), VITEST),
