@@ -96,7 +96,8 @@ RELEASE: Final = (
 
 def run(stage: Stage, *, again: bool, further: list[str], quiet: bool) -> tuple[int, str]:
     """Run a stage: its exit status, and what it printed if it is `quiet`."""
-    environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(BYTE_CODE)}
+    # Matrices are small: further threads of the linear algebra would only take time from other processes.
+    environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(BYTE_CODE), "OPENBLAS_NUM_THREADS": "1"}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     done = subprocess.run(
         stage.command(again=again, further=further), cwd=ROOT, env=environment, check=False, text=True,

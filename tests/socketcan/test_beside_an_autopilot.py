@@ -25,6 +25,8 @@ from socketcan.peer import Peer, read, uavcan, write
 from socketcan.pilot import AUTOPILOT
 from socketcan.processes import TIMEOUT_S, hornbill, line, until
 
+pytestmark = pytest.mark.release
+
 OURS = 127
 ALLOCATION = 1
 BUDGET_FPS = 200
@@ -154,7 +156,6 @@ def test_an_observer_sends_no_frame(witness: str, tmp_path: Path) -> None:
     assert counted[AUTOPILOT] > 100, "candump received the others"
 
 
-@pytest.mark.release
 def test_a_guest_keeps_its_budget_and_shows_who_commands(witness: str, tmp_path: Path) -> None:
     log = tmp_path / "log"
     with (

@@ -4,12 +4,15 @@ import time
 from pathlib import Path
 from typing import Any
 
+import pytest
 from dronecan.app.dynamic_node_id import CentralizedServer  # pyright: ignore[reportUnknownVariableType]
 from dronecan.app.node_monitor import NodeMonitor  # pyright: ignore[reportUnknownVariableType]
 
 from hornbill.wire.services import MAGIC
 from socketcan.peer import Peer, uavcan
 from socketcan.processes import hornbill, line
+
+pytestmark = pytest.mark.release
 
 OWN = 120
 

@@ -2,7 +2,11 @@
 
 from pathlib import Path
 
+import pytest
+
 from socketcan.processes import serving, until
+
+pytestmark = pytest.mark.release
 
 
 def test_simulated_servos_join_the_servers_bus(vcan0: str, tmp_path: Path) -> None:

@@ -156,6 +156,7 @@ def test_a_python_can_program_receives_the_servos_and_is_listed(bench: Bench) ->
         period.stop()
 
 
+@pytest.mark.release
 def test_the_bus_of_the_compose_file_works_in_its_own_namespace(vcan0: str) -> None:
     """As the containers do: one makes vcan0 with NET_ADMIN alone, and who joins it has no capability at all."""
     if os.geteuid() != 0 or not all(map(shutil.which, ("unshare", "setpriv", "ip"))):

@@ -15,6 +15,8 @@ from socketcan import can_utils
 from socketcan.can_utils import Line
 from socketcan.server.bench import Bench
 
+pytestmark = pytest.mark.release
+
 OURS = 127
 
 

@@ -3,12 +3,15 @@
 from pathlib import Path
 from typing import Any
 
+import pytest
 from dronecan.app.dynamic_node_id import CentralizedServer  # pyright: ignore[reportUnknownVariableType]
 from dronecan.app.node_monitor import NodeMonitor  # pyright: ignore[reportUnknownVariableType]
 
 from socketcan.applicant import Applicant
 from socketcan.peer import Peer, live_together, run_until, uavcan
 from socketcan.server.bench import Bench
+
+pytestmark = pytest.mark.release
 
 NODE_STATUS = uavcan.protocol.NodeStatus()
 OURS = 127

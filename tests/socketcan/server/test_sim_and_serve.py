@@ -1,7 +1,11 @@
 """A complete job over REST on a Linux CAN bus, on a servo of another process."""
 
+import pytest
+
 from socketcan.processes import until
 from socketcan.server.bench import Bench
+
+pytestmark = pytest.mark.release
 
 
 def test_a_servo_of_another_process_is_configured_saved_and_moved(bench: Bench) -> None:
