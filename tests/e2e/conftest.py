@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Page, Request, expect, sync_playwright
 
+from e2e import preloaded
 from e2e.chromium import find, keep_priority
 from e2e.contexts import TIMEOUT_MS, WIDE, borrowed
 from e2e.servers import Demo, ready_demo
@@ -75,6 +76,7 @@ def chromium() -> Iterator[Callable[..., Browser]]:
     path = find()
     if path is None:
         pytest.skip("no Chromium: 'make chromium' finds or installs one")
+    preloaded.prepare()  # servers may raise their priority, as a user's server as root does; Chromium may not
     keep_priority()
     with sync_playwright() as playwright:
         yield lambda *flags: playwright.chromium.launch(executable_path=path, args=["--no-sandbox", *flags])

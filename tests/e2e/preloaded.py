@@ -106,6 +106,11 @@ def _parent() -> _Parent:
     return _Parent()
 
 
+def prepare() -> None:
+    """Start the process that forks, so that servers have the rights this process has now."""
+    _parent()
+
+
 def main(line: socket.socket) -> None:
     """Fork on request, until the requesting process ends; then end all forks."""
     for name in IMPORTED:
