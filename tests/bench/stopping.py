@@ -120,5 +120,5 @@ def one_stop(url: str, crowd: "subprocess.Popen[bytes]") -> tuple[float, float]:
         while line_.recv(65536):
             pass
     httpx.delete(url + "api/v1/stop")
-    time.sleep(0.1)
+    time.sleep(0.2)
     return (min(reached.values()) - sent) * 1000, (max(reached.values()) - sent) * 1000

@@ -17,7 +17,7 @@ from unit.view.onlooker import CAMERA, Onlooker
 
 SERVOS = 12
 ROUNDS = 3
-SHOWN_S = 3.5
+SHOWN_S = 5.0
 FRAME = f"viser/{'0' * 32}/"
 SLOWEST_FRAME_MS = 1000 / 30
 DRAWN = "window.__viserTestpoints.rendererInfo.render.frame"
