@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from commands.command_line import CommandLine, hornbill
-from e2e.servers import Server
+from e2e.servers import Server, until
 from hornbill.cli import app
 
 
@@ -68,6 +68,7 @@ def test_no_response_refused_and_stopped_have_different_exit_codes(
     simulate(refuse_keys=[], mute=True)
     assert command("get", serial, "angle_boost", code=4).startswith("no_response: ")
     simulate(mute=False)
+    until(lambda: hornbill(bench.url, "get", serial, "angle_boost").exit_code == 0, 20, "it does not respond again")
     command("stop")
     assert command("move", serial, "5", code=6).startswith("stopped: ")
     command("stop", "--clear")
