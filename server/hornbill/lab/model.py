@@ -29,7 +29,7 @@ SHAPING: Final = (
 
 SAMPLE_S: Final = 0.002
 """Interval of computed angles."""
-_STEPS: Final = round(SAMPLE_S / STEP_S)
+_STEPS_PER_SAMPLE: Final = round(SAMPLE_S / STEP_S)
 _SUPPLY_EVERY: Final = 12
 """Samples between updates of the supply voltage under load."""
 _DROOP: Final = 0.06
@@ -137,7 +137,7 @@ class Loop:
                 horn.obey(loop.orders(move.to_deg, volts))
                 end, steps = min(index + _SUPPLY_EVERY, count), list[float]()
                 horn.advance(now + end * SAMPLE_S + 1e-9, steps)
-                seen = steps[_STEPS - 1 :: _STEPS]
+                seen = steps[_STEPS_PER_SAMPLE - 1 :: _STEPS_PER_SAMPLE]
                 angles[index + 1 : end + 1] = horn.angle
                 angles[index + 1 : index + 1 + len(seen)] = seen
             now += count * SAMPLE_S

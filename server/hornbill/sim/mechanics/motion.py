@@ -241,7 +241,7 @@ class HornMotion:
     def advance(self, now: Instant, trace: list[float] | None = None) -> None:
         """Integrate up to `now`, less than one step short of it.
 
-        `trace` receives the angle after each step, and none once the horn sleeps.
+        `trace` receives the angle after each step, °, until the horn sleeps.
         """
         steps = int((now - self._at) / STEP_S)
         if steps <= 0:
