@@ -143,7 +143,7 @@ NAMES = ("inertia", "breakaway", "coulomb", "viscous", "backlash_deg", "load_pct
 
 
 def shortened(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Shorten its steps and the rests between them."""
+    """Shorten the steps of Improve and the rests between them."""
     monkeypatch.setattr(improve_module, "DWELL_S", 0.4)
     monkeypatch.setattr(improve_module, "REST_S", 0.1)
 
@@ -247,7 +247,7 @@ async def abort(rig: Rig, servo: Servo, way: Any, phases: tuple[str, ...], monke
 def test_a_killed_server_restores_at_its_next_start(
     tmp_path: Path, phase: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(improve_module, "DWELL_S", 0.4)
+    shortened(monkeypatch)
 
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
