@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from e2e.servers import Demo, ready_demo
 from e2e.state import add, no_lease, read, ready, rows_of, sim, torque_off, wait_for
@@ -14,7 +14,7 @@ HEALTHY = {"smoothing": False, "angle_p_gain": 40}
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
     """A demo in virtual time: a busy machine delays it, but loses no readings of a measurement."""
-    with ready_demo(6, "--speed", "1") as one:
+    with ready_demo(1, "--speed", "1") as one:
         yield one
 
 
@@ -52,6 +52,7 @@ def measured(page: Page, legend: str) -> None:
     expect(page.get_by_test_id("step-open")).to_be_enabled()
 
 
+@pytest.mark.release
 def test_two_gains_are_compared_and_the_first_is_restored(page: Page, demo: Demo, servo: str) -> None:
     page.goto(f"{demo.url}servos/{servo}/tune")
     expect(page.get_by_test_id("no-runs")).to_contain_text("Not measured yet")
@@ -152,6 +153,7 @@ def test_a_step_test_is_cancelled(page: Page, demo: Demo, servo: str) -> None:
     no_lease(demo)
 
 
+@pytest.mark.release
 def test_runs_of_different_set_ups_have_no_difference_column(page: Page, demo: Demo, servo: str) -> None:
     page.goto(f"{demo.url}servos/{servo}/tune")
     page.get_by_test_id("step-open").click()
@@ -273,7 +275,13 @@ def test_a_cancelled_improve_restores_the_gains_and_says_so(page: Page, demo: De
     limits = {key: read(demo, hunting, key) for key in ("angle_limit_cw", "angle_limit_ccw", "torque_limit_cw")}
     page.goto(f"{demo.url}servos/{hunting}/tune")
     page.get_by_test_id("improve-torque").fill("60")
+    planning: list[Route] = []
+    page.route("**/improve/plan", lambda route: planning.append(route))
     page.get_by_test_id("improve-open").click()
+    expect(page.get_by_test_id("improve-go"), "the plan is not shown yet").to_be_disabled()
+    for one in planning:
+        one.continue_()
+    page.unroute("**/improve/plan")
     page.get_by_test_id("improve-go").click()
     expect(page.get_by_test_id("step-check")).to_have_attribute("data-state", "done")
     page.get_by_test_id("step-cancel").click()

@@ -257,7 +257,8 @@ export function ImproveDialog({ one }: { one: KnownServo }) {
       verb={on ? strings.go : strings.enableAndGo}
       doing={words.step.starting}
       danger
-      ready={why === null && (on || able) && !testing.value}
+      // Not before the plan is shown, which moves the button.
+      ready={why === null && planned !== null && (on || able) && !testing.value}
       testid="improve-dialog"
       actId="improve-go"
       act={() => (body ? startImprove(one.uid, body, others) : undefined)}
