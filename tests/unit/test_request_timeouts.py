@@ -5,6 +5,7 @@ from collections.abc import AsyncGenerator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
 from time import monotonic
 
+import httpx
 import pytest
 import uvicorn
 from starlette.types import Receive, Scope, Send
@@ -187,3 +188,8 @@ async def test_two_hundred_slow_connections_do_not_block_another(quick: Address)
 async def test_the_server_has_these_limits() -> None:
     assert RequestLimits() == LIMITS
     assert 5 < LIMITS.head_s < 60
+
+
+async def test_idle_connections_are_kept_longer_than_by_clients_and_proxies() -> None:
+    nginx_s = 60
+    assert configured(app).timeout_keep_alive > max(httpx.Limits().keepalive_expiry or 0, nginx_s)

@@ -41,9 +41,11 @@ REPEAT_S = 10.0
 
 LIMITS: Final = RequestLimits()
 
-KEEP_ALIVE_S: Final = 5.0
+KEEP_ALIVE_S: Final = 75.0
+"""Idle time after which a connection is closed. Clients (httpx: 5 s) and proxies (nginx: 60 s) close earlier, so none
+sends a request on a connection that is being closed."""
 PING_S: Final = 20.0
-"""Times of uvicorn: an idle connection, and pings of a WebSocket."""
+"""Interval between pings of a WebSocket, and their timeout."""
 
 ADDRESS_USE: int = getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR)
 """SO_REUSEADDR allows the port to be reused immediately. On Windows it would let another program listen on it, too."""
