@@ -77,8 +77,8 @@ SOCKETCAN: Final = ("tests/socketcan", "-p", "no:cacheprovider")
 KERNEL: Final = (*WRAPPER, "--") if WRAPPER else ()
 TEST: Final = (
     (
-        Stage("unit, contract, behaviour", (*CORE, *SHORT), ("-n", "auto")),
-        # These two wait for servos most of the time, in real time.
+        Stage("unit, contract, behaviour", (*CORE, *SHORT), ("-n", "3", "--dist", "worksteal")),
+        # These two wait for servos most of the time, in real time; the first one sometimes: one worker more than cores.
         Stage("socketcan", (*SOCKETCAN, *SHORT), wrapper=KERNEL),
         Stage("commands, links", (*COMMANDS, *SHORT), ("-n", "3", "--dist", "loadfile")),
     ),

@@ -57,7 +57,7 @@ async def move(rig: Rig, uid: str, lease: str, lags: list[float], angles: set[fl
 
 
 @pytest.mark.real_time
-@pytest.mark.parametrize("how", ["hangs", "is stopped"])
+@pytest.mark.parametrize("how", ["hangs", pytest.param("is stopped", marks=pytest.mark.release)])
 def test_a_bench_works_without_its_database_and_stores_everything_later(cluster: Cluster, how: str) -> None:
     lags: list[float] = []
     angles: set[float] = set()

@@ -107,6 +107,7 @@ async def test_no_command_exceeds_the_requested_amplitude(rig: Rig, excitation: 
     assert np.abs(np.diff(offsets)).max() < 2.0, "no jump"
 
 
+@pytest.mark.release
 @scene(FREE)
 async def test_a_ladder_measures_three_amplitudes_and_names_what_depends_on_them(rig: Rig) -> None:
     _, path, lease = await ready(rig)

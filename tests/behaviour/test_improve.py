@@ -104,6 +104,7 @@ async def test_a_hunting_servo_becomes_calm_in_ram_only(rig: Rig, servo: Servo) 
     assert rig.host.motion.is_commanded(servo.uid)
 
 
+@pytest.mark.release
 @scene(GOOD)
 async def test_gains_that_are_not_measured_better_are_not_kept(
     rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
@@ -361,6 +362,7 @@ async def test_without_scipy_it_names_the_package(rig: Rig, servo: Servo, monkey
         assert "pip install 'hornbill[tune]'" in found["detail"]
 
 
+@pytest.mark.release
 @settled(GOOD, replace(GOOD, servo_id=2, node_id=12), replace(GOOD, servo_id=3, node_id=13))
 async def test_several_servos_are_improved_in_turn_with_spread_and_outlier(
     rig: Rig, servos: list[Servo], monkeypatch: pytest.MonkeyPatch

@@ -208,6 +208,7 @@ async def test_a_binding_horn_ends_it_with_a_sentence(rig: Rig) -> None:
     await is_safe(rig, servo, before)
 
 
+@pytest.mark.release
 @scene(recipe(PlantConstants(inertia=2.0, load_pct=1.0, sensor_noise_deg=0.4)))
 async def test_a_noisy_sensor_widens_the_intervals(rig: Rig) -> None:
     servo, lease, job = await begin(rig)

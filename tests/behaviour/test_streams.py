@@ -75,6 +75,7 @@ async def test_a_stream_holds_until_values_arrive_and_then_all_servos_follow_tog
     assert late["ended"] is None
 
 
+@pytest.mark.release
 @scene(*CROWD)
 async def test_sixty_servos_at_50_hz_start_within_5_ms_and_a_rate_beyond_the_bus_is_refused(rig: Rig) -> None:
     servos, lease = await with_torque(rig, 60)

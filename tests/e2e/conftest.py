@@ -64,9 +64,9 @@ def pytest_runtest_teardown(item: pytest.Item) -> None:
 
 
 @pytest.fixture(scope="module")
-def demo() -> Iterator[Demo]:
-    """The demo of one test file: six servos of different models and firmware, ready."""
-    with ready_demo(6) as one:
+def demo(request: pytest.FixtureRequest) -> Iterator[Demo]:
+    """The demo of one test file, with SERVOS servos of different models and firmware, or three, ready."""
+    with ready_demo(getattr(request.node.obj, "SERVOS", 3)) as one:
         yield one
 
 

@@ -6,6 +6,7 @@ import time
 import pytest
 from playwright.sync_api import Page, expect
 
+from e2e.cases import cases
 from e2e.looks import complaints, loading, still, too_small
 from e2e.servers import Demo
 from e2e.state import WAIT_S, latched, read, servo_of, wait_for, write
@@ -33,16 +34,26 @@ PAGES = (
     "api-page",
 )
 """Every page, and every part with its own link."""
+MAIN = (
+    "servos",
+    "servos/{uid}",
+    "servos/{uid}/parameters",
+    "servos/{uid}/motion",
+    "servos/{uid}/tune",
+    "bus",
+    "commission",
+)
+"""Pages of most work."""
 SCENE = "servos/{uid}/parameters"
 """A page with a 3D view, checked in a Chromium with 3D."""
 
 DIALOGS = (
     ("servos", "keys", "keys-dialog"),
-    ("bus", "bus-change", None),
-    ("bus", "bus-log", None),
     ("bus", "bus-disconnect", None),
-    ("records#profiles", "profile-create", None),
-    ("records#profiles", "profile-import", None),
+    pytest.param("bus", "bus-change", None, marks=pytest.mark.release),
+    pytest.param("bus", "bus-log", None, marks=pytest.mark.release),
+    pytest.param("records#profiles", "profile-create", None, marks=pytest.mark.release),
+    pytest.param("records#profiles", "profile-import", None, marks=pytest.mark.release),
 )
 """Pages, and the button that opens a dialog there."""
 
@@ -86,9 +97,7 @@ RINGED = """() => {
 """Record every element that gets the focus without a visible ring."""
 
 
-@pytest.mark.parametrize(
-    "path", [pytest.param(path, marks=pytest.mark.scene) if path == SCENE else path for path in PAGES]
-)
+@pytest.mark.parametrize("path", cases(PAGES, usual=MAIN, scene=(SCENE,)))
 def test_every_page_passes_axe_and_shows_the_focus(page: Page, demo: Demo, path: str) -> None:
     page.emulate_media(color_scheme="light", reduced_motion="reduce")
     show(page, demo, path)
@@ -245,6 +254,7 @@ def test_keyboard_alone_changes_a_limit_jogs_and_stops(page: Page, demo: Demo) -
     expect(page.get_by_test_id("stop-band")).to_have_count(0)
 
 
+@pytest.mark.release
 def test_reduced_motion_disables_animations(page: Page, demo: Demo) -> None:
     page.emulate_media(reduced_motion="reduce")
     for path in ("servos", "bus", "servos/{uid}/parameters"):

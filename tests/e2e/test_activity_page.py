@@ -1,23 +1,16 @@
 """The activity of a servo is the same in list, head and panel: saturation is marked, a speed command is a speed."""
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 
-import pytest
 from playwright.sync_api import Page, ViewportSize, expect
 
 from e2e.looks import complaints
-from e2e.servers import Demo, ready_demo
+from e2e.servers import Demo
 from e2e.state import add, servo, sim, wait_for
 
+SERVOS = 2
 WIDE: ViewportSize = {"width": 1440, "height": 900}
-
-
-@pytest.fixture(scope="module")
-def demo() -> Iterator[Demo]:
-    """A demo of this file: one servo hunts, another rotates."""
-    with ready_demo(2) as one:
-        yield one
 
 
 @contextmanager

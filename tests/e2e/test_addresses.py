@@ -7,6 +7,7 @@ from e2e.hand import Hand
 from e2e.servers import Demo
 from e2e.state import uids_of, wait_for
 
+SERVOS = 6
 UNKNOWN = "f" * 32
 
 

@@ -13,6 +13,7 @@ from e2e.servers import Demo
 from e2e.state import wait_for
 from e2e.steps import box, chord, drawn
 
+SERVOS = 6
 COMMAND = "sudo ip link set can0 up type can bitrate 1000000"
 PARAMS = {"cause": "interface_down", "interface": "can0", "command": COMMAND}
 ROWS = ".f-row:not([hidden])"
@@ -53,7 +54,7 @@ def test_the_top_bar_links_to_a_healthy_bus(page: Page, demo: Demo) -> None:
     expect(page).to_have_url(re.compile(r"/bus$"))
     expect(page.get_by_role("heading", level=1)).to_have_text("Bus demo")
     expect(page.get_by_test_id("bus-facts")).to_contain_text(re.compile(r"Active\. 1.Mbit/s"))
-    expect(page.locator(".finding").first).to_contain_text("without a servo ID move together")
+    expect(page.locator("[data-code=servos_without_id]")).to_contain_text("without a servo ID move together")
     found = demo.api.get("/bus/doctor", params={"all": True}).json()
     assert [one["code"] for one in found if one["severity"] != "ok" and one["code"] != "computer_busy"] == [
         "servos_without_id"
@@ -150,6 +151,7 @@ def test_a_paused_or_selected_row_stays_while_the_counts_go_on(page: Page, demo:
     expect(page.get_by_test_id("monitor-held")).to_have_count(0)
 
 
+@pytest.mark.release
 def test_a_flood_of_frames_makes_no_new_rows(page: Page, demo: Demo) -> None:
     numbers = itertools.count()
 

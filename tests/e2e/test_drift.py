@@ -69,6 +69,7 @@ def test_drift_is_shown_restored_and_saved(meddled: tuple[Server, Page, str]) ->
     expect(page.get_by_test_id("drift-line")).to_have_count(0)
 
 
+@pytest.mark.release
 def test_drift_is_accepted_from_the_records(meddled: tuple[Server, Page, str]) -> None:
     server, page, uid = meddled
     held = limit(server, uid)

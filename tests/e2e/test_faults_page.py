@@ -52,7 +52,7 @@ def test_a_fault_appears_is_acknowledged_and_clears(page: Page, demo: Demo) -> N
 
 
 def test_all_faults_are_acknowledged_at_once_and_filtered_by_servo(page: Page, demo: Demo) -> None:
-    first, second = servo_of(demo, "BLA21-12U-A0"), servo_of(demo, "BLA21-28U-AB")
+    first, second = servo_of(demo, "BLA21-12U-A0"), servo_of(demo, "BLA21-06U-A0")
     try:
         inject(demo, first, "motor_signal", True)
         inject(demo, second, "temperature_low", True)

@@ -333,6 +333,7 @@ def sweep(page: Page, demo: Demo, uid: str, count: str) -> None:
     expect(page.get_by_test_id("sweep-progress")).to_contain_text(f"of {count}")
 
 
+@pytest.mark.release
 def test_a_sweep_counts_cycles_and_completes(page: Page, demo: Demo, winch: str) -> None:
     sweep(page, demo, winch, "2")
     expect(page.get_by_test_id("sweep-result")).to_contain_text("complete: 2 cycles")
@@ -404,7 +405,15 @@ FRAME = """() => ['.jog-dial', '.figures', '.jog-side > .segments', '.jog-torque
 AT_ZERO = re.compile(r"^[+−]?0\.\d°$")
 
 
-@pytest.mark.parametrize(("size", "least"), [(PHONE, 200), (TABLET, 300), (WIDE, 360), (LARGE, 600)])
+@pytest.mark.parametrize(
+    ("size", "least"),
+    [
+        pytest.param(PHONE, 200, marks=pytest.mark.release),
+        (TABLET, 300),
+        (WIDE, 360),
+        pytest.param(LARGE, 600, marks=pytest.mark.release),
+    ],
+)
 def test_the_layout_does_not_move_with_commands_or_torque(
     size: ViewportSize, least: int, page: Page, demo: Demo, winch: str
 ) -> None:
@@ -422,6 +431,7 @@ def test_the_layout_does_not_move_with_commands_or_torque(
     assert min(dial["width"], dial["height"]) >= least
 
 
+@pytest.mark.release
 def test_presets_are_stored_confirmed_applied_and_survive_a_reload(
     page: Page, demo: Demo, winch: str, pair: tuple[str, str]
 ) -> None:

@@ -4,11 +4,11 @@ stay local."""
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import pytest
 from playwright.sync_api import BrowserContext, Locator, Page, Route, expect
 
+from e2e.cases import cases
 from e2e.servers import Demo, Server, running
 from e2e.state import ready, sim, uids_of, wait_for
 from e2e.test_never_lies import SILENCE_S, STATUS_PERIOD_S, Watch, alive, muted, suspended
@@ -18,6 +18,8 @@ OFFLINE_AFTER_S = 3.0
 """Time until a silent servo is offline: three periods of its NodeStatus."""
 FAULT = "sensor_weak"
 WATCHED_HZ = 10
+MAIN = ("servos", "wall", "parameters", "motion", "bus")
+"""Pages of most work."""
 """At least; the page asks for twice as much."""
 
 
@@ -41,11 +43,6 @@ def tab(context: BrowserContext) -> Page:
 def named(server: Server) -> str:
     """A servo of the demo with a servo ID."""
     return next(str(one["uid"]) for one in server.servos() if one["servo_id"])
-
-
-def with_scene(cases: dict[str, Any]) -> list[Any]:
-    """The names; the wall of horns with its mark."""
-    return [pytest.param(one, marks=pytest.mark.scene) if one == "wall" else one for one in cases]
 
 
 def as_is(page: Page, server: Server, uid: str) -> None:
@@ -110,7 +107,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", with_scene(CASES))
+@pytest.mark.parametrize("name", cases(CASES, usual=MAIN, scene=("wall",)))
 def test_controls_of_each_page_are_disabled_while_the_server_is_silent(name: str, tab: Page, own: Server) -> None:
     case, uid = CASES[name], named(own)
     sim(own, uid, faults={FAULT: name == "faults"})
@@ -180,7 +177,7 @@ SILENT = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", with_scene(SILENT))
+@pytest.mark.parametrize("name", cases(SILENT, usual=MAIN, scene=("wall",)))
 def test_values_of_a_silent_servo_become_stale_on_each_page_and_recover(name: str, tab: Page, own: Server) -> None:
     case, uid = SILENT[name], named(own)
     node = next(one["node_id"] for one in own.servos() if one["uid"] == uid)

@@ -46,6 +46,7 @@ def confirmed(server: Server, uid: str) -> Callable[[], bool]:
     return lambda: any(one["uid"] == uid and one["confirmed"] for one in server.api.get("/stop").json()["servos"])
 
 
+@pytest.mark.release
 @by("keyboard")
 def test_servos_commissioned_after_a_stop_keep_torque_in_rom(server: Server, hand: Hand) -> None:
     page, uids = hand.page, [made(server), made(server)]

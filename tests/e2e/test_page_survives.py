@@ -41,6 +41,7 @@ def open_page(page: Page, name: str) -> None:
     page.locator("nav").get_by_role("link", name=re.compile(f"^{name}")).first.click()
 
 
+@pytest.mark.release
 def test_every_page_opens_without_the_server(own: Server, tab: Page) -> None:
     tab.goto(own.url)
     expect(tab.locator("html")).to_have_attribute("data-loaded", "all")

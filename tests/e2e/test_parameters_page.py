@@ -1,22 +1,16 @@
 """The Parameters page: keys, wheel and slider, help, confirmation of a dangerous limit, and undo."""
 
 import re
-from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from e2e.conftest import Watched
-from e2e.servers import Demo, ready_demo
+from e2e.servers import Demo
 from e2e.state import latched, row, sim, uids_of, wait_for
 from e2e.steps import box, drawn, stage
 
-
-@pytest.fixture(scope="module")
-def demo() -> Iterator[Demo]:
-    """A demo of this file, in which a servo's output is switched off."""
-    with ready_demo(1) as one:
-        yield one
+SERVOS = 1
 
 
 @pytest.fixture

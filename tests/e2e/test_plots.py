@@ -11,13 +11,14 @@ from e2e.servers import Demo
 from e2e.state import row, servo, sim, uids_of, wait_for, write
 from e2e.steps import box
 
+SERVOS = 4
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
 @pytest.fixture
 def uid(demo: Demo) -> str:
     """A servo with a plot."""
-    return next(one["uid"] for one in demo.api.get("/servos").json() if one["model"] == "BLA15-12U-A0")
+    return next(one["uid"] for one in demo.api.get("/servos").json() if one["model"] == "BLA21-12U-A0")
 
 
 def opened(page: Page, demo: Demo, uid: str, seconds: float = 0) -> Locator:
@@ -95,6 +96,7 @@ def test_dragging_zooms_and_the_export_contains_the_visible_part(page: Page, dem
     expect(page.get_by_test_id("plot-live")).to_be_visible()
 
 
+@pytest.mark.release
 def test_cursors_are_placed_by_pointer_and_moved_by_keys(page: Page, demo: Demo, uid: str) -> None:
     plot = opened(page, demo, uid, seconds=3)
     face = plot.locator(".u-over").first
@@ -127,6 +129,7 @@ def test_cursors_are_placed_by_pointer_and_moved_by_keys(page: Page, demo: Demo,
     expect(page.get_by_test_id("plot-cursor-B")).to_be_visible()
 
 
+@pytest.mark.release
 def test_a_recording_is_opened_from_disk_and_another_file_rejected(
     page: Page, demo: Demo, uid: str, tmp_path: Path
 ) -> None:
@@ -212,7 +215,7 @@ def test_several_servos_share_a_plot_with_own_subscriptions(page: Page, demo: De
     wait_for(lambda: all("current_voltage" in subscribed(demo, one) for one in uids[:3]), "a servo is not polled")
     page.get_by_test_id(f"select-{uids[0]}").uncheck()
     expect(curves).to_have_text(names[1:3])
-    page.get_by_test_id(f"select-{uids[4]}").check()
+    page.get_by_test_id(f"select-{uids[3]}").check()
     expect(curves).to_have_count(3)
     page.get_by_test_id("plot-selected").click()
     expect(plot).to_have_count(0)

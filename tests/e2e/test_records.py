@@ -11,6 +11,7 @@ from e2e.servers import Demo, Server, as_in_rom, running
 from e2e.state import add, read, servo_of, wait_for, write
 
 
+@pytest.mark.release
 def test_every_part_has_its_own_address(page: Page, demo: Demo) -> None:
     for part in ("snapshots", "profiles", "reports", "audit"):
         page.goto("about:blank")

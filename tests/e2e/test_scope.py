@@ -49,6 +49,7 @@ def test_a_single_trigger_captures_the_step(page: Page, demo: Demo, uid: str) ->
         demo.api.delete(f"/leases/{lease['Lease']}")
 
 
+@pytest.mark.release
 def test_cursors_by_pointer_and_keys_give_statistics_and_a_spectrum(page: Page, demo: Demo, uid: str) -> None:
     opened(page, demo, uid, seconds=2.5)
     face = page.get_by_test_id("scope-plot").locator(".u-over").first

@@ -116,6 +116,7 @@ def together(requests: list[str], path: str, took_s: float) -> None:
     assert 0 < len(requests) <= took_s / PAUSE_S + 1
 
 
+@pytest.mark.release
 def test_all_rows_take_one_request_and_none_when_shown_again(shown: Page, own: Server, requests: list[str]) -> None:
     (path,) = requests
     prefix, _, listed = path.partition("=")
@@ -135,6 +136,7 @@ def test_all_rows_take_one_request_and_none_when_shown_again(shown: Page, own: S
     assert requests == []
 
 
+@pytest.mark.release
 def test_changes_are_published_and_restarts_read_together(shown: Page, own: Server, requests: list[str]) -> None:
     requests.clear()
     uids = [str(one["uid"]) for one in own.servos()]

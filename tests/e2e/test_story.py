@@ -49,6 +49,7 @@ def commissioned(server: Server, uids: list[str], names: tuple[str, ...]) -> Non
         assert (rows["angle_limit_cw"]["rom"], rows["angle_limit_ccw"]["rom"]) == (LIMIT, -LIMIT)
 
 
+@pytest.mark.release
 def test_six_new_servos_are_commissioned_by_touch(browser: Browser, server: Server) -> None:
     with page_in(browser, TABLET, has_touch=True) as page:
         six_servos(page, server)

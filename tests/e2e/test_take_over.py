@@ -12,6 +12,7 @@ from e2e.servers import Demo
 from e2e.state import latched, no_lease, read, servo_of, wait_for
 from e2e.steps import box
 
+SERVOS = 4
 TABLET: ViewportSize = {"width": 820, "height": 1180}
 """Without the 3D view: two software renderers would be slower than the countdown."""
 

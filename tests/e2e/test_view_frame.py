@@ -176,6 +176,7 @@ def open_view(page: Page, demo: Demo, uid: str) -> Frame:
     return frame
 
 
+@pytest.mark.release
 def test_two_browsers_view_different_servos(page: Page, scene_browser: Browser, demo: Demo) -> None:
     shown = {one["model"][:5]: one["uid"] for one in demo.api.get("/servos").json()}
     assert {"BLA15", "BLA21"} <= shown.keys()
@@ -216,6 +217,7 @@ def test_a_click_in_the_scene_opens_the_servo_without_motion(page: Page, demo: D
     assert {one["uid"]: one["command_deg"] for one in demo.api.get("/servos").json()} == before
 
 
+@pytest.mark.release
 def test_the_choice_to_show_all_servos_is_stored(page: Page, demo: Demo) -> None:
     uid = uids_of(demo)[0]
     open_view(page, demo, uid)

@@ -33,6 +33,7 @@ def improved(
     return asyncio.run(improvement.improve(BareSubject(servo, 0.5), loop, Plan(goal, 0.0, 10.0, 1.0, 0.5))), servo, loop
 
 
+@pytest.mark.release
 def test_random_plants_end_no_worse_and_most_mistuned_ones_much_better() -> None:
     """`make test-release` has 30, `make bench BENCH=improve` 300."""
     improve_plants(PLANTS, mistuned_at_least=2)
@@ -105,6 +106,7 @@ def test_a_blocked_horn_stalls() -> None:
         improved({}, PlantConstants(inertia=1e6))
 
 
+@pytest.mark.release
 def test_good_gains_are_not_replaced_by_worse_ones() -> None:
     before, _, _ = improved({}, PLANT)
     gains = before.kept or {}
