@@ -114,6 +114,7 @@ async def test_hunting_is_reported_within_3_s_and_until_it_ends(rig: Rig, servo:
 HEALTHY = [one for one in demo_fleet(CATALOG, 6, 1) if "hunts" not in one.story]
 
 
+@pytest.mark.release
 @scene(*HEALTHY)
 async def test_a_healthy_fleet_raises_no_alarm(rig: Rig) -> None:
     """During moves, jogs, rest, restarts and after them; `make test-release` does more of each."""

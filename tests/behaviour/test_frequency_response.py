@@ -50,11 +50,12 @@ def angles(rig: Rig) -> list[float]:
     return found
 
 
+@pytest.mark.release
 @pytest.mark.parametrize(
     "case",
     [
         pytest.param(Case("BLA21-12U-A0", 0.0, True), id="0x25 on"),
-        pytest.param(Case("BLA15-12U-A0", 3.0, False), id="with inertia", marks=pytest.mark.release),
+        pytest.param(Case("BLA15-12U-A0", 3.0, False), id="with inertia"),
     ],
 )
 def test_a_response_is_that_of_an_independent_integration(case: Case) -> None:
@@ -95,7 +96,7 @@ async def test_a_response_is_stored_with_its_conditions_listed_exported_and_dele
     assert abs(rig.sim(servo).angle_deg - start) < 0.6
 
 
-@pytest.mark.parametrize("excitation", ["chirp", "multisine"])
+@pytest.mark.parametrize("excitation", ["chirp", pytest.param("multisine", marks=pytest.mark.release)])
 @scene(FREE)
 async def test_no_command_exceeds_the_requested_amplitude(rig: Rig, excitation: str) -> None:
     _, path, lease = await ready(rig)

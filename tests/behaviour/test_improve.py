@@ -244,7 +244,7 @@ async def abort(rig: Rig, servo: Servo, way: Any, phases: tuple[str, ...], monke
     assert not saved(rig)
 
 
-@pytest.mark.parametrize("phase", PHASES[1:])
+@pytest.mark.parametrize("phase", [*PHASES[1:-1], pytest.param(PHASES[-1], marks=pytest.mark.release)])
 def test_a_killed_server_restores_at_its_next_start(
     tmp_path: Path, phase: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -31,7 +31,7 @@ def postgresql() -> Iterator[URL]:
         pytest.skip(f"no PostgreSQL: {missing}. Install it, or name a database in {TEST_DATABASE}")
 
 
-@pytest.fixture(params=["sqlite", "postgresql"])
+@pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.release)])
 def place(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     """The address of a database for `Store`; on PostgreSQL, a schema that no other test uses."""
     if request.param == "sqlite":
