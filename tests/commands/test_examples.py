@@ -47,7 +47,11 @@ def test_the_pytest_rig_passes_with_a_running_server(rig: Rig) -> None:
 @pytest.mark.parametrize(
     ("options", "error"),
     [
-        (("--hornbill-servo", "unknown"), "No servo on the bus has the label, serial or unique ID 'unknown'"),
+        pytest.param(
+            ("--hornbill-servo", "unknown"),
+            "No servo on the bus has the label, serial or unique ID 'unknown'",
+            marks=pytest.mark.release,
+        ),
         ((), "Specify the servo with --hornbill-servo"),
     ],
 )
@@ -76,6 +80,7 @@ def test_python_programs_of_the_guide_run(rig: Rig) -> None:
     assert rig.run(sys.executable, "-c", long_run) == "done\n"
 
 
+@pytest.mark.release
 def test_the_programs_of_the_telemetry_guide_print_samples_and_an_event(rig: Rig) -> None:
     telemetry, events = (block.script.replace(WRITTEN, rig.serial) for block in blocks(TELEMETRY, "python"))
     assert rig.run(sys.executable, "-c", events).strip()

@@ -43,7 +43,9 @@ def connected(server: Server, number: int) -> str:
     return uid
 
 
-@pytest.mark.parametrize("place", range(4), ids=UNITS)
+@pytest.mark.parametrize(
+    "place", [0, *(pytest.param(one, marks=pytest.mark.release) for one in range(1, 4))], ids=UNITS
+)
 def test_it_determines_each_unit_of_a_position(server: Server, place: int) -> None:
     uid = connected(server, 40 + place)
     server.api.patch(f"/sim/servos/{uid}", json={"position_unit": UNITS[place]}).raise_for_status()
@@ -56,7 +58,8 @@ def test_it_determines_each_unit_of_a_position(server: Server, place: int) -> No
     assert set(probed.skipped) == {"restart", "save"}
 
 
-@pytest.mark.parametrize("usual", [False, pytest.param(True, marks=pytest.mark.release)])
+@pytest.mark.release
+@pytest.mark.parametrize("usual", [False, True])
 def test_it_determines_restart_and_save(server: Server, tmp_path: Path, usual: bool) -> None:
     uid = str(server.servos()[0]["uid"])  # it has a stored node ID: requesting one takes a second
     switches = {"acknowledges_save": usual, "acknowledges_restart": usual, "array_command_shows": usual}

@@ -84,7 +84,7 @@ def test_a_network_address_without_a_token_is_rejected() -> None:
     assert "127.0.0.1" in refused.stderr
 
 
-@pytest.mark.parametrize(("program", "node_id"), [("ardupilot", 10), ("px4", 1)])
+@pytest.mark.parametrize(("program", "node_id"), [("ardupilot", 10), pytest.param("px4", 1, marks=pytest.mark.release)])
 def test_a_demo_with_an_autopilot_is_joined_as_guest(program: str, node_id: int) -> None:
     began = time.monotonic()
     with running_demo("--servos", "3", "--autopilot", program) as (_, url):
@@ -99,6 +99,7 @@ def test_a_demo_with_an_autopilot_is_joined_as_guest(program: str, node_id: int)
         assert httpx.get(url + "api/v1/bus").json()["role"] == "guest"
 
 
+@pytest.mark.release
 def test_the_outputs_of_a_moving_autopilot_do_not_match_a_plan(tmp_path: Path) -> None:
     plan = tmp_path / "plan.json"
     with running_demo("--servos", "1", "--autopilot", "ardupilot") as (_, url):

@@ -231,7 +231,8 @@ async def bench(autopilot: Autopilot) -> AsyncGenerator[Bench57]:
             store.close()
 
 
-@pytest.mark.parametrize("kind", ["udp", pytest.param("serial", marks=pytest.mark.release)])
+@pytest.mark.release
+@pytest.mark.parametrize("kind", ["udp", "serial"])
 def test_a_servo_is_read_and_saved_through_a_lossy_autopilot(kind: str) -> None:
     async def main(autopilot: Autopilot) -> None:
         async with bench(autopilot) as made:

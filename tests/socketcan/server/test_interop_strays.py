@@ -8,6 +8,7 @@ from socketcan import can_utils
 from socketcan.processes import until
 from socketcan.server.bench import Bench
 
+pytestmark = pytest.mark.release
 FOREIGN = [
     "123#DEADBEEF",  # a standard frame
     "123#R",  # a remote frame
