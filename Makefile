@@ -7,7 +7,7 @@ NPM    := npm --prefix web
 E2E    := tests/e2e
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo dev check check-types check-page test test-release mutate shots bench generate docs build docker release wheelhouse sbom lock chromium clean
+.PHONY: help setup demo dev check check-python check-types check-page test test-release mutate shots bench generate docs build docker release wheelhouse sbom lock chromium clean
 
 help:            ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## ?/\t/' | expand -t 12
@@ -56,10 +56,12 @@ dev: setup                                    ## run the demo and rebuild the pa
 	@$(BIN)/hornbill demo $(ARGS) & trap 'kill %1' EXIT; $(NPM) run dev
 
 check: setup                                  ## check format, lint, types and layers
+	@$(MAKE) --no-print-directory -j2 check-types check-python check-page
+
+check-python:
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports
-	@$(MAKE) --no-print-directory -j2 check-types check-page
 
 check-types:
 	web/node_modules/.bin/pyright

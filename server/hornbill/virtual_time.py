@@ -20,8 +20,9 @@ START: Final[Instant] = 1000.0
 MAX_SPEED: Final = 1000.0
 """Highest speed that can be requested. A computer reaches a fraction of it."""
 
-BEHIND_S: Final = 0.1
-"""A loop that is later than this (s, real) does not catch up: it would exceed its speed for a while."""
+BEHIND_S: Final = 5.0
+"""A loop that is later than this (s, real) does not catch up. One that is less late does, by exceeding its speed for a
+while: clients compare its time with their own clocks."""
 
 _MEASURED_S: Final = 1.0
 _STANDING_S: Final = 0.05
@@ -32,7 +33,10 @@ _Ts = TypeVarTuple("_Ts")
 
 
 class VirtualSelector(selectors.DefaultSelector):
-    """Polls file descriptors, and moves the clock to the next timer, at most `speed` times as fast as real time."""
+    """Polls file descriptors, and moves the clock to the next timer.
+
+    On average at most `speed` times as fast as real time.
+    """
 
     def __init__(self, speed: float, real: Callable[[], float] = time.monotonic) -> None:
         """`speed`: above 0; infinity for as fast as possible. `real` returns real time, s."""

@@ -25,7 +25,7 @@ from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.services import GetSetRequest
 
 SERVOS = 20
-COMMANDS = 400
+COMMANDS = 200
 EVERY_S = 0.02
 CHANNELS = ["current_angle", "current_speed", "current_torque"]
 
@@ -67,7 +67,7 @@ async def bus_time(rig: Rig, *, spread: bool) -> dict[str, Any]:
         if n % 20 == 0:
             await rig.call("PUT", f"/leases/{lease}")
         said[n] = loop.time()
-        uid = servos[n // 100].uid  # each is jogged for some seconds
+        uid = servos[n // 50].uid  # each is jogged for some seconds
         command = {"uid": uid, "type": "angle", "value": n / 10}
         socket.send(type="command", lease=lease, commands=[command])
     await asyncio.sleep(0.5)
@@ -97,7 +97,7 @@ async def wall_time() -> dict[str, Any]:
         for n in range(COMMANDS // 2):
             await asyncio.sleep(EVERY_S)
             host.leases.renew(lease.id, host.base.now())
-            command = {"uid": servos[n // 100].uid, "type": "angle", "value": n / 10}
+            command = {"uid": servos[n // 50].uid, "type": "angle", "value": n / 10}
             text = orjson.dumps({"type": "command", "lease": lease.id, "commands": [command]}).decode()
             said[n] = host.base.now()
             await session.handle(text)

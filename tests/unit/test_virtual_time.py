@@ -42,6 +42,17 @@ def test_a_loop_that_is_late_stands_still_meanwhile_and_does_not_catch_up_for_lo
     assert time.monotonic() - began < 1.0
 
 
+def test_a_loop_that_is_a_second_late_catches_up() -> None:
+    real = Real()
+    selector = VirtualSelector(1.0, real)
+    real.now += 1.0
+    began = time.monotonic()
+    for _ in range(4):
+        selector.select(0.25)
+    assert selector.now == START + 1.0
+    assert time.monotonic() - began < 0.2, "it waits although it is late"
+
+
 def test_a_call_in_a_thread_takes_no_virtual_time() -> None:
     async def main() -> tuple[float, float]:
         loop = asyncio.get_running_loop()
