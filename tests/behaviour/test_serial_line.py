@@ -97,6 +97,7 @@ async def test_polling_leaves_room_for_broadcasts(rig: Rig) -> None:
     assert "serial_line_full" not in [one["code"] for one in json(await rig.call("GET", "/bus/doctor"))]
 
 
+@pytest.mark.release
 @scene(*crowd(11), connect=False)
 async def test_a_full_line_is_reported_with_a_remedy(rig: Rig) -> None:
     await serial_line.connect(rig, SLOW // 2)

@@ -31,6 +31,7 @@ def build(checkout: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=checkout, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.release
 def test_the_wheel_contains_the_package_and_its_data_only(checkout: Path, tmp_path: Path) -> None:
     page = checkout / "web" / "dist"
     (page / "assets").mkdir(parents=True)
@@ -81,6 +82,7 @@ def test_the_wheel_contains_the_package_and_its_data_only(checkout: Path, tmp_pa
     assert models == "10"
 
 
+@pytest.mark.release
 def test_a_wheel_without_the_page_is_not_built(checkout: Path) -> None:
     built = build(checkout)
     assert built.returncode != 0

@@ -23,8 +23,9 @@ DRIVER = "GL Driver Message"
 FAILED = pytest.StashKey[bool]()
 
 LONG = (
-    "test_view_frame", "test_servo_actions", "test_story", "test_motion_page", "test_access_deep", "test_stop_reach",
-    "test_take_over", "test_access", "test_scrub", "test_technician", "test_commission_failing", "test_output_story",
+    "test_view_frame", "test_story", "test_motion_page", "test_servo_actions", "test_tune", "test_stop_reach",
+    "test_access_deep", "test_access", "test_bus_page", "test_scrub", "test_never_lies_pages", "test_technician",
+    "test_commission_failing", "test_output_story",
 )  # fmt: skip
 """Files that take longest. They begin first, so that no worker is left with one when the others have finished.
 

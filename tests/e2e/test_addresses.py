@@ -1,5 +1,6 @@
 """Addresses: Back and a reload restore the page, and an unknown address says so."""
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from e2e.conftest import Watched
@@ -67,6 +68,7 @@ def test_back_and_reload_restore_tab_and_filter(page: Page, demo: Demo) -> None:
     expect(page.get_by_role("button", name="Changed", exact=False)).to_have_attribute("aria-pressed", "true")
 
 
+@pytest.mark.release
 def test_a_reload_restores_the_filters_of_monitor_matrix_and_audit(page: Page, demo: Demo) -> None:
     page.goto(demo.url + "bus#monitor")
     page.get_by_test_id("monitor-filter").fill("type:NodeStatus")

@@ -96,6 +96,7 @@ def test_a_servo_that_is_commanded_elsewhere_is_not_moved_and_another_one_is(pag
     expect(page.get_by_test_id("stop")).to_contain_text("Reaches 0 of 6, Esc", timeout=SLOW_MS)
 
 
+@pytest.mark.release
 def test_an_exported_plan_is_verified_live(page: Page, demo: Demo, watched: Watched) -> None:
     beside(demo)
     demo.api.patch("/sim/autopilot", json={"outputs": [{"output": 3, "reversed": True}]}).raise_for_status()

@@ -70,6 +70,7 @@ def seen_moving(server: Server, page: Page, at_rest: dict[str, float]) -> list[s
     return order
 
 
+@pytest.mark.release
 def test_servos_are_identified_restarted_set_to_default_and_reset(hand: Hand, server: Server) -> None:
     page = hand.page
     errors: list[str] = []

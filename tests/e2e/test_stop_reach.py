@@ -82,7 +82,10 @@ def test_stop_is_fully_visible_on_every_page_and_window(language: str, browser: 
 
 
 @pytest.mark.usefixtures("stops")
-@pytest.mark.parametrize(("language", "windows"), [("en", tuple(WINDOWS)), ("ja", ("small phone", "tablet", "laptop"))])
+@pytest.mark.parametrize(
+    ("language", "windows"),
+    [("en", tuple(WINDOWS)), pytest.param("ja", ("small phone", "tablet", "laptop"), marks=pytest.mark.release)],
+)
 def test_stop_is_fully_visible_while_motion_is_on_and_works_by_touch(
     language: str, windows: tuple[str, ...], browser: Browser, demo: Demo
 ) -> None:

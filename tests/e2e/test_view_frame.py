@@ -194,6 +194,7 @@ def look_at_different_servos(page: Page, other: Page, demo: Demo, shown: dict[st
     assert ("darkMode" in first.url, "darkMode" in second.url) == (False, True)
 
 
+@pytest.mark.release
 def test_a_click_in_the_scene_opens_the_servo_without_motion(page: Page, demo: Demo) -> None:
     uid = uids_of(demo)[0]
     open_view(page, demo, uid)
