@@ -77,6 +77,10 @@ class Reference:
         self.horn = min(max(self.horn, low), high)
 
     def output(self) -> float:
+        """Demanded torque, within the current limit (4.20)."""
+        return self.limit(self.uncapped(), -self.orders.current_limit, self.orders.current_limit)
+
+    def uncapped(self) -> float:
         """Angle, then speed, then torque; or angle, then voltage (4.18)."""
         orders, emf = self.orders, self.speed / self.plant.synchronous
         if orders.controller == Controller.TORQUE:

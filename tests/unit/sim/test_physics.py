@@ -47,6 +47,7 @@ def compare(model: str, orders: Orders, constants: PlantConstants, steps: int) -
         (DRIVES[5], PlantConstants(load_pct=-10.0)),
         (DRIVES[0], PlantConstants(stop_cw_deg=30.0)),
         (DRIVES[3], PlantConstants(load_by_angle=((0.0, 0.0), (60.0, -30.0)))),
+        (DRIVES[3], PlantConstants(breakaway=0.05, coulomb=0.03, viscous=0.25, torque_lag_s=0.008)),  # current limit
     ],
 )
 def test_a_step_is_within_1_percent_of_an_independent_integration(
