@@ -183,7 +183,7 @@ def test_writes_and_faults_are_marked_in_the_plot(page: Page, demo: Demo, uid: s
 
     wait_for(lambda: heads(plot) == 0, "something before is still marked")
     held = row(demo, uid, "angle_p_gain")["value"]
-    for value in (held + 1, held):
+    for value in (held - 1, held):
         write(demo, uid, "angle_p_gain", value)
     marked(20)
     other = next(one for one in uids_of(demo) if one != uid)
