@@ -77,8 +77,11 @@ SOCKETCAN: Final = ("tests/socketcan", "-p", "no:cacheprovider")
 KERNEL: Final = (*WRAPPER, "--") if WRAPPER else ()
 TEST: Final = (
     (
-        Stage("unit, contract, behaviour", (*CORE, *SHORT), ("-n", "3", "--dist", "worksteal")),
-        # These two wait for servos most of the time, in real time; the first one sometimes: one worker more than cores.
+        # One worker more than cores: some of these tests wait.
+        Stage(
+            "unit, contract, behaviour", (*CORE, *SHORT), ("-n", str((os.cpu_count() or 1) + 1), "--dist", "worksteal")
+        ),
+        # These two wait for servos most of the time, in real time.
         Stage("socketcan", (*SOCKETCAN, *SHORT), wrapper=KERNEL),
         Stage("commands, links", (*COMMANDS, *SHORT), ("-n", "3", "--dist", "loadfile")),
     ),

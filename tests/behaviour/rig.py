@@ -210,10 +210,11 @@ def _store(place: str, walls: Walls) -> Store:
     if place != "sqlite://":
         return Store(place, wall=walls)
 
-    def copy_tables(connection: sqlite3.Connection, _record: object) -> None:
-        _empty_database().backup(connection)
+    template = _empty_database()
 
-    _empty_database()
+    def copy_tables(connection: sqlite3.Connection, _record: object) -> None:
+        template.backup(connection)
+
     event.listen(Pool, "connect", copy_tables)
     try:
         return Store(place, wall=walls)

@@ -7,11 +7,10 @@ from typing import Any
 import pytest
 
 from behaviour.actions import move, torque, write
-from behaviour.rig import CATALOG, PLAIN, Rig, Socket, json, until
+from behaviour.rig import PLAIN, Rig, Socket, json, until
 from behaviour.scene import scene
 from hornbill.domain.plant import PlantConstants
 from hornbill.servo.device.servo import Servo
-from hornbill.sim.bench.demo import demo_fleet
 from hornbill.sim.bench.recipe import Recipe
 
 HUNTS = Recipe(
@@ -109,16 +108,6 @@ async def test_hunting_is_reported_within_3_s_and_until_it_ends(rig: Rig, servo:
     await becomes(rig, servo, "holding", 8.0)
     await steadily(rig, servo, "holding", 10.0)
     assert alarms(rig) == ["hunting", "hunting_ended"]
-
-
-HEALTHY = [one for one in demo_fleet(CATALOG, 6, 1) if "hunts" not in one.story]
-
-
-@pytest.mark.release
-@scene(*HEALTHY)
-async def test_a_healthy_fleet_raises_no_alarm(rig: Rig) -> None:
-    """During moves, jogs, rest, restarts and after them; `make test-release` does more of each."""
-    await alarmless(rig, len(HEALTHY), moves=2, jogs=40, rest_s=10)
 
 
 @scene(replace(PLAIN, rom={"timeout_action": 0}))

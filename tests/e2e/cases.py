@@ -8,7 +8,8 @@ import pytest
 
 def cases(names: Iterable[str], *, usual: Collection[str], scene: Collection[str] = ()) -> list[Any]:
     """All cases. Those that are not `usual` are left to `make test-release`; those in `scene` get a browser with 3D."""
-    marks = {
-        name: [pytest.mark.release] * (name not in usual) + [pytest.mark.scene] * (name in scene) for name in names
-    }
-    return [pytest.param(name, marks=marks[name], id=name) for name in names]
+    release, uses_3d = pytest.mark.release, pytest.mark.scene
+    return [
+        pytest.param(name, marks=[release] * (name not in usual) + [uses_3d] * (name in scene), id=name)
+        for name in names
+    ]

@@ -2,7 +2,6 @@
 
 import asyncio
 import pickle
-from statistics import fmean
 
 import numpy as np
 import pytest
@@ -15,12 +14,10 @@ from hornbill.lab.improvement import Plan, Score, Stalled, Watch
 from hornbill.lab.model import Loop, Move
 from hornbill.lab.search import Goal
 from hornbill.servo.runtime.computing import in_a_process
-from improve_cases import judge
 
 MODEL = CATALOG.models["BLA21-12U-A0"]
 PLANT = PlantConstants(inertia=4.0, backlash_deg=0.3, coulomb=0.03, breakaway=0.045, load_pct=8.0)
 CASCADE = {"speed_torque_control": 1, "smoothing": 0}
-PLANTS = 8
 
 
 def improved(
@@ -31,23 +28,6 @@ def improved(
     servo.wait(1.0)
     loop = loop_of(servo)
     return asyncio.run(improvement.improve(BareSubject(servo, 0.5), loop, Plan(goal, 0.0, 10.0, 1.0, 0.5))), servo, loop
-
-
-@pytest.mark.release
-def test_random_plants_end_no_worse_and_most_mistuned_ones_much_better() -> None:
-    """`make test-release` has 30, `make bench BENCH=improve` 300."""
-    improve_plants(PLANTS, mistuned_at_least=2)
-
-
-def improve_plants(plants: int, *, mistuned_at_least: int) -> None:
-    """Improve that many random plants and judge them together."""
-    found = [judge(seed) for seed in range(plants)]
-    assert [one.case.seed for one in found if one.worse] == []
-    mistuned = [one for one in found if one.mistuned]
-    assert len(mistuned) >= mistuned_at_least
-    assert fmean(one.sooner for one in mistuned) >= 0.8
-    pairs = [one.predicted for one in found if one.predicted is not None]
-    assert fmean(abs(expected - seen) <= 0.15 * seen for expected, seen in pairs) >= 0.8
 
 
 def test_the_model_moves_as_the_simulated_servo() -> None:
