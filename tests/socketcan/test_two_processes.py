@@ -9,7 +9,9 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -19,6 +21,7 @@ import httpx
 import pytest
 
 from commands import command_line
+from hornbill.servo.device.recent_starts import FRESH_UPTIME_S
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from socketcan import can_utils
 from socketcan.processes import TIMEOUT_S, hornbill, line, until
@@ -52,8 +55,11 @@ def bench(vcan0: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Benc
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HORNBILL_CONTAINER", "1")
         patch.setenv("HORNBILL_DATA_DIR", folder)
-        with hornbill(*SIM) as servos, hornbill(*SERVE, "--port", "0") as server:
+        with ExitStack() as processes:
+            servos = processes.enter_context(hornbill(*SIM))
             uids = [line(servos).split()[0] for _ in range(COUNT)]
+            time.sleep(FRESH_UPTIME_S + 1)  # for the server, they have not just started
+            server = processes.enter_context(hornbill(*SERVE, "--port", "0"))
             assert line(server).startswith("hornbill: open http://0.0.0.0:")
             said = ""
             while "#token=" not in said:
