@@ -41,7 +41,7 @@ def _starting() -> Iterator[dict[str, Any]]:
     libraries: list[float] = []
     libraries_s: list[float] = []
     memory: list[float] = []
-    memory_3d: list[float] = []
+    memory_3d = 0.0
     for _ in range(ROUNDS):
         began = time.monotonic()
         libraries.append(_cpu_s("-c", f"import {LIBRARIES}"))
@@ -57,8 +57,8 @@ def _starting() -> Iterator[dict[str, Any]]:
             memory.append(_resident_mib(process.pid))
             if len(memory) == 1:
                 yield from _commands(url)
-            _look(url)
-            memory_3d.append(_resident_mib(process.pid))
+                _look(url)
+                memory_3d = _resident_mib(process.pid)
     figures = {
         "times": round(min(cpu) / min(libraries), 2), "cpu_s": round(min(cpu), 2), "libraries_cpu_s": min(libraries),
         "s_median": round(statistics.median(http), 2),
@@ -68,9 +68,7 @@ def _starting() -> Iterator[dict[str, Any]]:
     figures = {"times": round(min(ready) / theirs, 1), "s": round(min(ready), 2), "libraries_s": round(theirs, 2)}
     yield line("demo has six readable servos", figures, of="times", must=9.0, peer=f"import {LIBRARIES}")
     yield line("memory of the demo", {"mib_max": round(max(memory))}, of="mib_max", must=100, aim=75)
-    yield line(
-        "memory of the demo with the 3D view", {"mib_max": round(max(memory_3d))}, of="mib_max", must=135, aim=120
-    )
+    yield line("memory of the demo with the 3D view", {"mib_max": round(memory_3d)}, of="mib_max", must=135, aim=120)
 
 
 def _commands(url: str) -> Iterator[dict[str, Any]]:
