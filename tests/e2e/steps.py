@@ -25,10 +25,10 @@ def chord(page: Page, *keys: str) -> None:
 
 def box(of: Locator) -> FloatRect:
     """Place and size of a visible element."""
-    expect(of).to_be_visible()
-    found = of.bounding_box()
-    assert found is not None
-    return found
+    while True:
+        expect(of).to_be_visible()
+        if (found := of.bounding_box()) is not None:  # it may be hidden between the two
+            return found
 
 
 def at_rest(of: Locator) -> FloatRect:
