@@ -49,7 +49,8 @@ def test_openapi_prints_the_document() -> None:
 
 
 def test_move_waits_and_turns_torque_off(bench: Server, command: CommandLine, serial: str) -> None:
-    command("move", serial, "15", "--torque-on", "--timeout", "60")
+    command("restart", serial, "--yes")
+    command("move", serial, "15", "--timeout", "60")  # torque is on after the start
     done = json.loads(command("move", serial, "--torque-on", "--timeout", "60", "--json", "--", "-15"))
     assert done["settled"] is True
     assert abs(done["angle_deg"] + 15) < 1
