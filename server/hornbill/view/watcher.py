@@ -13,6 +13,9 @@ from hornbill.view.projection import Projection, projection_of
 from hornbill.view.scene import Scene
 from hornbill.view.view_settings import ViewSettings
 
+_UNSEEN = 0.001
+"""A distance too small to see, but that viser does not take for none."""
+
 
 class Watcher:
     """One connected browser. Call `update` in the view's thread, `pick` in any thread."""
@@ -66,12 +69,31 @@ class Watcher:
         if start == self._seen_from:
             return
         self._seen_from = start
-        camera = self._client.camera
         with self._client.atomic():
             if on_wall:
-                camera.position, camera.look_at = layout.WALL_CAMERA_POSITION, layout.WALL_CAMERA_TARGET
-                camera.fov = radians(layout.WALL_CAMERA_FOV_DEG)
+                aim(
+                    self._client.camera,
+                    layout.WALL_CAMERA_POSITION,
+                    layout.WALL_CAMERA_TARGET,
+                    layout.WALL_CAMERA_FOV_DEG,
+                )
             else:
-                camera.position = layout.CAMERA_POSITION_ALONE if alone else layout.CAMERA_POSITION
-                camera.look_at = layout.CAMERA_TARGET_ALONE if alone else layout.CAMERA_TARGET
-                camera.fov = radians(layout.CAMERA_FOV_DEG)
+                aim(
+                    self._client.camera,
+                    layout.CAMERA_POSITION_ALONE if alone else layout.CAMERA_POSITION,
+                    layout.CAMERA_TARGET_ALONE if alone else layout.CAMERA_TARGET,
+                    layout.CAMERA_FOV_DEG,
+                )
+
+
+def aim(camera: viser.CameraHandle, position: layout.Vector, target: layout.Vector, fov_deg: float) -> None:
+    """Move a camera.
+
+    With its position viser also moves its target, and it skips a target that equals the one the browser reported last.
+    A report that arrives in between would leave the browser with the moved target, so another target comes first.
+    """
+    x, y, z = target
+    camera.position = position
+    camera.look_at = (x, y, z + _UNSEEN)
+    camera.look_at = target
+    camera.fov = radians(fov_deg)
