@@ -82,20 +82,6 @@ def _json(response: httpx.Response) -> Any:
     return response.json()
 
 
-def test_a_demo_with_automatic_bus_uses_and_reports_the_kernels_bus(vcan0: str) -> None:
-    with hornbill("demo", "--bus", "auto", "--servos", "2", "--port", "0") as process:
-        found = re.search(r"http://\S+/", line(process))
-        assert found is not None
-        assert line(process).startswith(f"bus: {vcan0}, because vcan0 is up")
-        with httpx.Client(base_url=found[0] + "api/v1", timeout=TIMEOUT_S) as api:
-            assert _json(api.get("/bus"))["address"] == vcan0
-            with can.Bus(interface="socketcan", channel="vcan0") as bus:
-                until(lambda: (got := bus.recv(0.1)) is not None and got.is_extended_id, "a frame on the kernel's bus")
-            uids = {one["uid"] for one in _json(api.get("/sim/servos"))}  # others may be on this bus
-            assert len(uids) == 2
-            until(lambda: _ready(api) >= uids, "both servos are ready")
-
-
 def test_the_first_start_prints_a_link_and_access_needs_a_token(bench: Bench) -> None:
     anonymous = httpx.get(str(bench.api.base_url) + "servos", timeout=TIMEOUT_S)
     assert (anonymous.status_code, anonymous.json()["code"]) == (401, "unauthorized")
