@@ -223,7 +223,7 @@ type Verdict = NonNullable<ReturnType<typeof lab.hunting>>["hunting"];
 /** Whether hunting began or ended from the first to the last run. */
 function changed(base: Verdict | undefined, other: Verdict | undefined): string {
   const strings = words.metrics;
-  const hunts = (one: Verdict | undefined) => one !== undefined && one !== "none";
+  const hunts = (one: Verdict | undefined) => one === "hunting";
   if (hunts(base) === hunts(other)) return strings.none;
   return hunts(other) ? strings.began : strings.gone;
 }
@@ -233,6 +233,7 @@ function Hunting({ found }: { found: ReturnType<typeof lab.hunting> }) {
   const verdict = found?.hunting ?? "none";
   if (verdict === "none" || !found) return <>{strings.verdict.none}</>;
   const swing = withUnit(number((found.hunting_rms_deg ?? 0) * Math.SQRT2, 1), "°");
+  if (verdict === "slight") return <>{strings.swing(strings.verdict.slight, swing)}</>;
   return (
     <>
       <Glyph kind="warning" size={13} />{" "}
