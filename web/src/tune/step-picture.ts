@@ -105,7 +105,7 @@ function swing(
 ): Callout[] {
   const found = hunting(run, direction);
   const step = stepsOf(run, direction)[0];
-  if (!step || !found || found.hunting === "none" || found.hunting_rms_deg === null) return [];
+  if (!step || found?.hunting !== "hunting" || found.hunting_rms_deg === null) return [];
   const away = Math.sign(target) || 1;
   let at = -1;
   step.t.forEach((t, place) => {
