@@ -142,6 +142,7 @@ def test_an_exported_plan_is_verified_live(page: Page, demo: Demo, watched: Watc
 
 def test_a_file_of_the_autopilot_is_imported(page: Page, demo: Demo, watched: Watched) -> None:
     lines = ["CAN_D1_UC_SRV_BM,4", "CAN_D1_UC_SRV_RT,100", "SERVO3_MIN,1450", "SERVO3_MAX,1550", "SERVO3_TRIM,1500"]
+    beside(demo)  # outputs are proposed once, for the servos known then
     page.goto(demo.url + "bus#autopilot")
     page.get_by_test_id("plan-1").wait_for()
     file = FilePayload(name="plane.param", mimeType="text/plain", buffer="\n".join(lines).encode())
