@@ -7,7 +7,7 @@ from playwright.sync_api import BrowserContext, Page, expect
 
 from e2e.conftest import Watched
 from e2e.servers import Demo
-from e2e.state import latched, row, sim, uids_of, wait_for
+from e2e.state import latched, read, row, sim, uids_of, wait_for, write
 from e2e.steps import box, drawn, stage
 
 SERVOS = 1
@@ -144,6 +144,7 @@ def test_a_limit_that_could_switch_the_servo_off_is_confirmed_written_and_undone
 
 
 def test_ram_values_lost_by_a_power_cut_are_staged_again(page: Page, demo: Demo, uid: str) -> None:
+    before = read(demo, uid, "angle_p_gain")
     page.goto(f"{demo.url}servos/{uid}/parameters#angle_p_gain")
     stage(page, "angle_p_gain", 57)
     page.get_by_test_id("apply").click()
@@ -168,6 +169,7 @@ def test_ram_values_lost_by_a_power_cut_are_staged_again(page: Page, demo: Demo,
     page.get_by_test_id("apply").click()
     expect(line).to_have_count(0)
     assert row(demo, uid, "angle_p_gain")["value"] == 57
+    write(demo, uid, "angle_p_gain", before)
 
 
 def test_favourites_are_marked_filtered_and_stored(page: Page, demo: Demo, uid: str) -> None:

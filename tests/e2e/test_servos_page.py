@@ -166,6 +166,8 @@ def test_selected_servos_are_edited_together_and_turned_off(page: Page, demo: De
     expect(bar).to_contain_text("2 servos selected")
     page.get_by_test_id("select-none").click()
     expect(bar).to_have_count(0)
+    for uid in uids:
+        demo.api.post(f"/servos/{uid}/restart?wait=true").raise_for_status()
 
 
 def test_a_profile_is_chosen_for_the_selected_servos(page: Page, demo: Demo) -> None:
