@@ -187,7 +187,7 @@ function linesOf({ runs: shown, differences }: RunOverlay, direction: lab.Direct
       name: strings.hunting,
       look: newest,
       cells: huntings.map((one, place) => <Hunting key={place} found={one} />),
-      difference: several ? changed(huntings[0]?.hunting, huntings.at(-1)?.hunting) : strings.none,
+      difference: several ? changed(huntings[0], huntings.at(-1)) : strings.none,
     },
     ...FREQUENCY_FIRST.flatMap(estimates),
     ...[...rest, ...FREQUENCY.flatMap(estimates)].map(
@@ -218,22 +218,21 @@ function linesOf({ runs: shown, differences }: RunOverlay, direction: lab.Direct
   ];
 }
 
-type Verdict = NonNullable<ReturnType<typeof lab.hunting>>["hunting"];
+type Swing = ReturnType<typeof lab.hunting>;
 
 /** Whether hunting began or ended from the first to the last run. */
-function changed(base: Verdict | undefined, other: Verdict | undefined): string {
+function changed(base: Swing | undefined, other: Swing | undefined): string {
   const strings = words.metrics;
-  const hunts = (one: Verdict | undefined) => one === "hunting";
-  if (hunts(base) === hunts(other)) return strings.none;
-  return hunts(other) ? strings.began : strings.gone;
+  if (lab.hunts(base) === lab.hunts(other)) return strings.none;
+  return lab.hunts(other) ? strings.began : strings.gone;
 }
 
-function Hunting({ found }: { found: ReturnType<typeof lab.hunting> }) {
+function Hunting({ found }: { found: Swing }) {
   const strings = words.metrics;
   const verdict = found?.hunting ?? "none";
   if (verdict === "none" || !found) return <>{strings.verdict.none}</>;
   const swing = withUnit(number((found.hunting_rms_deg ?? 0) * Math.SQRT2, 1), "°");
-  if (verdict === "slight") return <>{strings.swing(strings.verdict.slight, swing)}</>;
+  if (!lab.hunts(found)) return <>{strings.swing(strings.verdict.slight, swing)}</>;
   return (
     <>
       <Glyph kind="warning" size={13} />{" "}

@@ -4,7 +4,7 @@ import type { Callout, MarkAt } from "../plots/annotate";
 import { type Picture, roomy } from "../plots/plot";
 import type { PlotCurve } from "../plots/series";
 import { samples, still } from "../plots/trace";
-import { type Direction, figure, hunting, letter, stepsOf } from "./step-runs";
+import { type Direction, figure, hunting, hunts, letter, stepsOf } from "./step-runs";
 
 /** Share of the time shown before the command. */
 const BEFORE = 0.06;
@@ -105,7 +105,7 @@ function swing(
 ): Callout[] {
   const found = hunting(run, direction);
   const step = stepsOf(run, direction)[0];
-  if (!step || found?.hunting !== "hunting" || found.hunting_rms_deg === null) return [];
+  if (!step || !found || !hunts(found) || found.hunting_rms_deg === null) return [];
   const away = Math.sign(target) || 1;
   let at = -1;
   step.t.forEach((t, place) => {

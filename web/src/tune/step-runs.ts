@@ -119,13 +119,18 @@ export function sampleOf(run: StepRun, direction: Direction): number {
 
 const WORST: readonly StepMetrics["hunting"][] = ["none", "slight", "hunting"];
 
-/** The worst verdict of the steps, with the figures of that step. */
-export function hunting(
-  run: StepRun,
-  direction: Direction,
-): Pick<StepMetrics, "hunting" | "hunting_hz" | "hunting_rms_deg"> | null {
+type Swing = Pick<StepMetrics, "hunting" | "hunting_hz" | "hunting_rms_deg" | "settling_s">;
+
+/** Whether a swing is hunting: a slight one only if the horn did not settle. The server's verdict says the same. */
+export function hunts(one: Swing | null | undefined): boolean {
+  return one?.hunting === "hunting" || (one?.hunting === "slight" && one.settling_s === null);
+}
+
+/** The worst swing of the steps. */
+export function hunting(run: StepRun, direction: Direction): Swing | null {
   const found = stepsOf(run, direction).map(step => step.metrics);
-  found.sort((a, b) => WORST.indexOf(b.hunting) - WORST.indexOf(a.hunting));
+  const badness = (one: Swing) => Number(hunts(one)) * WORST.length + WORST.indexOf(one.hunting);
+  found.sort((a, b) => badness(b) - badness(a));
   return found[0] ?? null;
 }
 
