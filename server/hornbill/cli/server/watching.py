@@ -98,8 +98,6 @@ async def _messages(
     from hornbill.client import ServerUnreachable
 
     topics = ["events", "servos", *(["telemetry"] if channels else [])]
-    now = time.monotonic()
-    ends, renew_at = None if seconds is None else now + seconds, now
     try:
         proxy = None if hornbill.local else True
         async with connect(
@@ -111,6 +109,8 @@ async def _messages(
         ) as socket:
             uids = [one.uid for one in chosen] if some else None
             await socket.send(json.dumps({"type": "subscribe", "topics": topics, "uids": uids}))
+            now = time.monotonic()  # connecting takes long on a busy computer, and is no part of the duration
+            ends, renew_at = None if seconds is None else now + seconds, now
             while ends is None or now < ends:
                 if channels and now >= renew_at:
                     renew_at = now + SUBSCRIPTION_S / 2
