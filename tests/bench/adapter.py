@@ -27,7 +27,7 @@ from hornbill.wire.frame import Frame
 PEER = f"python-can {can.__version__} slcan"
 BUS_FPS = 7000  # a full bus: 8-byte frames at 1 Mbit/s, stuffing counted
 ROUNDS = 3
-OURS, THEIRS = 60_000, 2_000
+OURS, THEIRS = 40_000, 2_000
 PACED = BUS_FPS
 
 

@@ -18,7 +18,7 @@ from jumping_clock import run
 from unit.node.ideal import IdealAllocator
 
 SERVOS = 16
-SEEDS = 4
+SEEDS = 3
 LIMIT_S = 60.0
 IDEAL_RESPONSE_S = 0.001
 LOOK_S = 0.001

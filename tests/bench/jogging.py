@@ -94,10 +94,10 @@ async def wall_time() -> dict[str, Any]:
         frames: list[Frame] = []
         assert host.connection is not None
         host.connection.participant.on_frames.append(lambda batch, ours: frames.extend(batch) if ours else None)
-        for n in range(COMMANDS // 2):
+        for n in range(COMMANDS):
             await asyncio.sleep(EVERY_S)
             host.leases.renew(lease.id, host.base.now())
-            command = {"uid": servos[n // 50].uid, "type": "angle", "value": n / 10}
+            command = {"uid": servos[n // 100].uid, "type": "angle", "value": n / 10}
             text = orjson.dumps({"type": "command", "lease": lease.id, "commands": [command]}).decode()
             said[n] = host.base.now()
             await session.handle(text)

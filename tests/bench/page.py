@@ -16,7 +16,7 @@ from e2e.servers import running_demo
 
 SLOWER = 4
 ROUNDS = 3
-STREAMED_S = 8.0
+STREAMED_S = 6.0
 PAINT_MS, CLICK_MS, LONG_MS = 1000, 1500, 50
 
 CLICK = """
