@@ -1,6 +1,5 @@
 """Tune and the recorder: a gain is changed and measured before and after, and the events are recorded."""
 
-import re
 from collections.abc import Iterator
 
 import pytest
@@ -253,8 +252,7 @@ def test_a_hunting_servo_becomes_calm_in_at_most_four_clicks(page: Page, demo: D
     assert page.evaluate("() => window.clicks") <= 4
     expect(page.get_by_test_id("verdict")).to_have_attribute("data-level", "ok")
     expect(page.get_by_test_id("verdict-other")).to_contain_text("Hunts at")
-    # At rest within the band, a horn may still swing slightly. That is no hunting.
-    expect(page.get_by_test_id("metric-hunting")).to_have_text(re.compile(r"Hunting.*Hz, .*(none|slight)"))
+    expect(page.get_by_test_id("metric-hunting")).to_contain_text("none")
 
     after = gains_of(demo, hunting)
     assert after != before
