@@ -14,7 +14,7 @@ from hornbill.view.scene import Scene
 from hornbill.view.view_settings import ViewSettings
 
 _UNSEEN = 0.001
-"""A distance too small to see, but that viser does not take for none."""
+"""Displacement too small to see but large enough for viser to send, scene units."""
 
 
 class Watcher:
@@ -69,31 +69,22 @@ class Watcher:
         if start == self._seen_from:
             return
         self._seen_from = start
+        camera = self._client.camera
         with self._client.atomic():
             if on_wall:
-                aim(
-                    self._client.camera,
-                    layout.WALL_CAMERA_POSITION,
-                    layout.WALL_CAMERA_TARGET,
-                    layout.WALL_CAMERA_FOV_DEG,
-                )
+                aim(camera, layout.WALL_CAMERA_POSITION, layout.WALL_CAMERA_TARGET, layout.WALL_CAMERA_FOV_DEG)
+            elif alone:
+                aim(camera, layout.CAMERA_POSITION_ALONE, layout.CAMERA_TARGET_ALONE, layout.CAMERA_FOV_DEG)
             else:
-                aim(
-                    self._client.camera,
-                    layout.CAMERA_POSITION_ALONE if alone else layout.CAMERA_POSITION,
-                    layout.CAMERA_TARGET_ALONE if alone else layout.CAMERA_TARGET,
-                    layout.CAMERA_FOV_DEG,
-                )
+                aim(camera, layout.CAMERA_POSITION, layout.CAMERA_TARGET, layout.CAMERA_FOV_DEG)
 
 
 def aim(camera: viser.CameraHandle, position: layout.Vector, target: layout.Vector, fov_deg: float) -> None:
-    """Move a camera.
-
-    With its position viser also moves its target, and it skips a target that equals the one the browser reported last.
-    A report that arrives in between would leave the browser with the moved target, so another target comes first.
-    """
+    """Move a camera. Positions are in scene units."""
     x, y, z = target
-    camera.position = position
+    camera.position = position  # viser moves the target along with it
+    # viser does not send a target that equals the browser's last report. A report that arrives now would therefore
+    # leave the browser with the moved target. This target differs from every report, so it is always sent.
     camera.look_at = (x, y, z + _UNSEEN)
     camera.look_at = target
     camera.fov = radians(fov_deg)
