@@ -42,6 +42,12 @@ def serving(bus: str, data: Path, *words: str) -> Generator[httpx.Client]:
             yield client
 
 
+def identified(api: httpx.Client) -> set[str]:
+    """UIDs of the servos that are identified and online."""
+    found = api.get("/servos").raise_for_status().json()
+    return {one["uid"] for one in found if one["state"] not in ("identifying", "offline")}
+
+
 def line(process: Forked) -> str:
     """The next line a process prints."""
     end = time.monotonic() + TIMEOUT_S

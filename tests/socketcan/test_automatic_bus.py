@@ -5,7 +5,7 @@ import re
 import can
 import httpx
 
-from socketcan.processes import TIMEOUT_S, hornbill, line, until
+from socketcan.processes import TIMEOUT_S, hornbill, identified, line, until
 
 
 def test_a_demo_with_automatic_bus_uses_and_reports_the_kernels_bus(vcan0: str) -> None:
@@ -17,8 +17,6 @@ def test_a_demo_with_automatic_bus_uses_and_reports_the_kernels_bus(vcan0: str) 
             assert api.get("/bus").json()["address"] == vcan0
             with can.Bus(interface="socketcan", channel="vcan0") as bus:
                 until(lambda: (got := bus.recv(0.1)) is not None and got.is_extended_id, "a frame on the kernel's bus")
-            until(lambda: ready(api) == 2, "both servos are ready")
-
-
-def ready(api: httpx.Client) -> int:
-    return sum(one["state"] not in ("identifying", "offline") for one in api.get("/servos").json())
+            uids = {one["uid"] for one in api.get("/sim/servos").json()}
+            assert len(uids) == 2
+            until(lambda: identified(api) >= uids, "both servos are ready")

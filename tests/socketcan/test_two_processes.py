@@ -24,7 +24,7 @@ from commands import command_line
 from hornbill.servo.device.recent_starts import FRESH_UPTIME_S
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from socketcan import can_utils
-from socketcan.processes import TIMEOUT_S, hornbill, line, until
+from socketcan.processes import TIMEOUT_S, hornbill, identified, line, until
 
 ROOT: Final = Path(__file__).parents[2]
 SIM, SERVE = (
@@ -69,12 +69,8 @@ def bench(vcan0: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Benc
                 base_url=url + "api/v1", timeout=TIMEOUT_S, headers={"Authorization": f"Bearer {token}"},
                 limits=httpx.Limits(max_keepalive_connections=0),
             ) as api:  # fmt: skip
-                until(lambda: _ready(api) >= set(uids), f"all {COUNT} servos are ready")
+                until(lambda: identified(api) >= set(uids), f"all {COUNT} servos are ready")
                 yield Bench(api, uids)
-
-
-def _ready(api: httpx.Client) -> set[str]:
-    return {one["uid"] for one in _json(api.get("/servos")) if one["state"] not in ("identifying", "offline")}
 
 
 def _json(response: httpx.Response) -> Any:
