@@ -28,7 +28,7 @@ SOCKETS = 10
 SERVOS = 20
 HZ = 50
 CHANNELS = ("current_angle", "current_speed")
-MEASURED_S = 2.5
+MEASURED_S = 3.0
 ROUNDS = 3
 
 LISTENING = b"listening\n"

@@ -17,7 +17,7 @@ from unit.view.onlooker import CAMERA, Onlooker
 
 SERVOS = 12
 ROUNDS = 3
-SHOWN_S, EMPTY_S = 4.0, 2.0
+SHOWN_S, EMPTY_S = 5.0, 2.0
 FRAME = f"viser/{'0' * 32}/"
 SLOWEST_FRAME_MS = 1000 / 30
 DRAWN = "window.__viserTestpoints.rendererInfo.render.frame"
@@ -43,7 +43,7 @@ def figures() -> Iterator[dict[str, Any]]:
             httpx.get(url + FRAME, timeout=30).raise_for_status()
             with Onlooker(url.replace("http", "ws", 1) + FRAME, origin=url.rstrip("/")) as onlooker:
                 onlooker.send(CAMERA)
-                onlooker.read_for(2.0)  # the scene itself is sent once
+                onlooker.read_for(3.0)  # the scene itself is sent once
                 onlooker.messages.clear()
                 shares.append(_share(process.pid, lambda: onlooker.read_for(SHOWN_S)) - alone)
                 messages = len(onlooker.messages)
