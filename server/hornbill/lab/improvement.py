@@ -348,18 +348,25 @@ def _is_better(plan: Plan, before: Score, trial: Trial) -> bool:
 
 
 def _preferred(plan: Plan, before: Score, trial: Trial, best: Trial) -> bool:
-    """Whether a trial takes the place of the best so far: above all it must be better than the present gains."""
+    """Whether a trial takes the place of the best so far: better than the present gains, then without a swing."""
     kept = _is_better(plan, before, trial)
     if kept != _is_better(plan, before, best):
         return kept
+    if _swings(trial) != _swings(best):
+        return _swings(best)
     return (
         trial.score is not None and best.score is not None and better(plan.goal, best.score, trial.score, plan.band_deg)
     )
 
 
+def _swings(trial: Trial) -> bool:
+    """Whether the horn swings slightly at rest, which the model does not predict."""
+    return trial.score is not None and trial.score.hunting == "slight"
+
+
 def _promising(plan: Plan, trial: Trial, proposal: Proposal) -> bool:
     """Whether another proposal is expected to be clearly better than what was measured."""
-    if trial.score is None:
+    if trial.score is None or _swings(trial):
         return True
     if plan.goal == "stiff":
         return proposal.stiffness > trial.score.stiffness * 1.15

@@ -62,7 +62,7 @@ def test_a_hunting_servo_stops_hunting_with_every_goal(goal: Goal) -> None:
     assert made.before.hunting == "hunting"
     assert made.kept is not None
     assert made.after is not None
-    assert made.after.hunting != "hunting"
+    assert made.after.hunting == "none", "a slight swing is kept"
     assert made.after.settling_s is not None
     margin = loop.tuned(made.kept).phase_margin_deg(PlantConstants(inertia=3.0))
     assert margin >= search.MARGIN_DEG[goal] - 8
