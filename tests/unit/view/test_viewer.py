@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -47,7 +47,12 @@ def look(viewer: Viewer, key: str = KEY) -> Onlooker:
     onlooker.send(CAMERA)
     onlooker.read_until(lambda message: message.get("name") == "/hero/pivot")
     eventually(lambda: viewer.watched)
-    onlooker.read_for(0.3)
+    # models are made when they are first shown: the scene is complete after a whole turn, and read after a pause
+    source = cast("Servos", viewer._source)  # pyright: ignore[reportPrivateUsage]
+    begun = source.calls
+    eventually(lambda: source.calls > begun + 1)
+    while onlooker.read_for(0.3):
+        pass
     return onlooker
 
 
