@@ -277,7 +277,7 @@ async def improve(
         trial.score = score = Score.of(steps, plan, loop.tuned(proposal.gains).stiffness)
         if best is None or _preferred(plan, made.before, trial, best[0]):
             best = trial, steps
-        if score.hunting == "slight" and made.before.hunting != "slight":
+        if _swings(trial) and made.before.hunting != "slight":
             task = _lower(task, proposal, 0.8)
         elif abs(score.time_s - proposal.predicted.score) <= AS_PREDICTED * proposal.predicted.score:
             break  # the model is right, so it would propose the same again
