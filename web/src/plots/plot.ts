@@ -1,4 +1,5 @@
 /** The plot component: axes, series and cursors by uPlot, drawn in the page's shared animation frame and colours. */
+import "./locale";
 import uPlot from "uplot";
 import "./uplot.css";
 import type { Band, Callout, CurveEnd, Hatched, MarkAt, TriggerLevel } from "./annotate";
