@@ -40,22 +40,18 @@ export function Dialog({ title, subtitle, children, foot, onClose, testid }: Pro
   }, []);
 
   // Scrollable by keys even without focusable content. Words may arrive after the frame.
-  useEffect(() => {
+  const reach = () => {
     const inner = body.current;
     if (!inner) return;
-    const look = () => {
-      if (inner.scrollHeight > inner.clientHeight) inner.tabIndex = 0;
-      else inner.removeAttribute("tabindex");
-    };
-    look();
-    const observer = new ResizeObserver(look);
-    observer.observe(inner);
-    return () => observer.disconnect();
-  });
+    if (inner.scrollHeight > inner.clientHeight) inner.tabIndex = 0;
+    else inner.removeAttribute("tabindex");
+  };
+  useEffect(reach);
 
   // Traps Tab; Stop stays available by Esc, Space and pointer.
   const cycle = (event: KeyboardEvent) => {
     if (event.key !== "Tab" || !box.current) return;
+    reach();
     const all = [...box.current.querySelectorAll<HTMLElement>(FOCUSABLE)].filter(
       one => one.getClientRects().length > 0,
     );
