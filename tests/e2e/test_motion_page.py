@@ -5,14 +5,14 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import Browser, Page, ViewportSize, expect
+from playwright.sync_api import Browser, Page, Route, ViewportSize, expect
 
 from e2e.conftest import Watched
 from e2e.contexts import page_in
 from e2e.looks import complaints, still, too_small
 from e2e.servers import Demo
 from e2e.state import add, no_lease, read, ready, sim, torque_off, turn, wait_for, write
-from e2e.steps import box, drawn, jog
+from e2e.steps import at_rest, box, drawn, jog
 
 WIDE: ViewportSize = {"width": 1440, "height": 900}
 TABLET: ViewportSize = {"width": 820, "height": 1180}
@@ -128,6 +128,17 @@ RELEASES: dict[str, Callable[[Page], None]] = {
     ),
     "another key": lambda page: page.keyboard.press("a"),
 }
+
+
+def test_the_button_does_not_move_when_the_choice_of_servos_is_loaded(fresh_page: Page, demo: Demo, winch: str) -> None:
+    held: list[Route] = []
+    fresh_page.route("**/moves-*.js", lambda route: held.append(route))
+    with fresh_page.expect_request("**/moves-*.js"):
+        fresh_page.goto(f"{demo.url}servos/{winch}/motion")
+    before = at_rest(fresh_page.get_by_test_id("enable-motion"))
+    held[0].continue_()
+    expect(fresh_page.get_by_test_id("group")).to_be_visible()
+    assert at_rest(fresh_page.get_by_test_id("enable-motion")) == before
 
 
 def test_speed_runs_while_the_button_is_held_and_brakes_on_release(page: Page, demo: Demo, winch: str) -> None:

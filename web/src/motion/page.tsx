@@ -1,7 +1,7 @@
 /** The Motion page of one servo: off on every visit until enabled; then jog pad and plot. */
 import { useEffect } from "preact/hooks";
 import type { TorqueMode } from "../api/types";
-import { servo } from "../bench/fleet";
+import { all, servo } from "../bench/fleet";
 import { endMotion, motion } from "../bench/motion";
 import { forgetConfirmed } from "../bench/release";
 import { narrow } from "../bench/screen";
@@ -24,6 +24,7 @@ export function MotionPage({ uid }: { uid: string }) {
   if (!one) return null;
   const present = motion.value;
   const on = present.phase === "on" && present.uid === uid;
+  const others = all.value.some(other => other.uid !== uid && other.online);
   return (
     <div class="split motion-split">
       <div class="scroll motion-main">
@@ -31,7 +32,11 @@ export function MotionPage({ uid }: { uid: string }) {
           <JogPad uid={uid} torque={present.torque} />
         ) : (
           <MotionGate one={one}>
-            <GroupChoice uid={uid} />
+            {others && (
+              <div class="gate-group">
+                <GroupChoice uid={uid} />
+              </div>
+            )}
           </MotionGate>
         )}
       </div>
