@@ -117,8 +117,9 @@ class Window:
         )
 
     def complaints(self) -> list[str]:
-        """The errors of all pages so far."""
-        return [*self._complaints, *self.evaluate("self.complaints ?? []")]
+        """The errors of all pages so far, and the parts of the present one that failed."""
+        failed = "[...document.querySelectorAll('[data-testid=panel-failed]')].map(one => one.textContent)"
+        return [*self._complaints, *self.evaluate(f"[...(self.complaints ?? []), ...{failed}]")]
 
     def find(self, testid: str, condition: str = "true") -> dict[str, float]:
         """Wait until the element can be clicked and meets a condition (JavaScript of `one`); its centre."""
