@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import BrowserContext, Locator, Page, WebSocketRoute, expect
 
+from e2e.looks import still, too_small
 from e2e.servers import Demo
 from e2e.state import wait_for
 from e2e.steps import box, chord, drawn
@@ -68,6 +69,29 @@ def test_the_top_bar_links_to_a_healthy_bus(page: Page, demo: Demo) -> None:
     page.get_by_test_id("doctor-again").click()
     expect(page.get_by_test_id("doctor-well")).to_contain_text("No problems found")
     expect(page.get_by_test_id("bus-counters")).to_contain_text(re.compile(r"\d.frames"))
+
+
+@pytest.mark.parametrize("width", [820, 390])
+def test_an_overload_of_the_server_links_to_its_evidence(page: Page, demo: Demo, width: int) -> None:
+    finding: dict[str, Any] = {
+        "code": "computer_busy",
+        "severity": "failure",
+        "text": "",
+        "evidence": "",
+        "remedy": None,
+    }
+    page.route(
+        "**/api/v1/bus/doctor*",
+        lambda route: route.fulfill(json=[{**finding, "node_ids": [], "uids": [], "params": {}}]),
+    )
+    page.set_viewport_size({"width": width, "height": 900})
+    page.goto(demo.url)
+    link = page.get_by_test_id("server-band").get_by_role("link")
+    expect(link).to_contain_text("overloaded")
+    still(page)
+    assert too_small(page) == []
+    link.click()
+    expect(page).to_have_url(f"{demo.url}bus")
 
 
 def test_findings_are_sorted_by_severity_with_evidence_and_remedy(page: Page, demo: Demo) -> None:
