@@ -288,10 +288,13 @@ def test_requests_wait_for_the_measured_round_trip() -> None:
             connection = made.host.connection
             assert connection is not None
             counters = connection.participant.request_counters
-            late, responses = counters.late, counters.responses
-            await asyncio.sleep(4)
-            assert counters.responses - responses >= 15
-            assert counters.late == late, "none was given up before its response arrived"
+            for _ in range(5):  # a busy machine may delay one; without the measurement, each is too late
+                late, responses = counters.late, counters.responses
+                await asyncio.sleep(4)
+                assert counters.responses - responses >= 15
+                if counters.late == late:
+                    return
+            raise AssertionError("requests were given up before their responses arrived, in each of five periods")
 
     with Autopilot(Udp(), delay_s=0.15) as autopilot:
         asyncio.run(main(autopilot))
