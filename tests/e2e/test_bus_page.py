@@ -74,16 +74,10 @@ def test_the_top_bar_links_to_a_healthy_bus(page: Page, demo: Demo) -> None:
 @pytest.mark.parametrize("width", [820, 390])
 def test_an_overload_of_the_server_links_to_its_evidence(page: Page, demo: Demo, width: int) -> None:
     finding: dict[str, Any] = {
-        "code": "computer_busy",
-        "severity": "failure",
-        "text": "",
-        "evidence": "",
-        "remedy": None,
-    }
-    page.route(
-        "**/api/v1/bus/doctor*",
-        lambda route: route.fulfill(json=[{**finding, "node_ids": [], "uids": [], "params": {}}]),
-    )
+        "code": "computer_busy", "severity": "failure", "text": "", "evidence": "", "remedy": None,
+        "node_ids": [], "uids": [], "params": {},
+    }  # fmt: skip
+    page.route("**/api/v1/bus/doctor*", lambda route: route.fulfill(json=[finding]))
     page.set_viewport_size({"width": width, "height": 900})
     page.goto(demo.url)
     link = page.get_by_test_id("server-band").get_by_role("link")
