@@ -68,6 +68,19 @@ def test_without_an_adapter_the_page_offers_the_demo(server: Server, plain: Page
     server.ready(6)
 
 
+def test_the_choice_is_shown_when_the_search_has_ended(server: Server, plain: Page) -> None:
+    searches: list[Route] = []
+    plain.route("**/api/v1/bus/adapters", lambda route: searches.append(route))
+    plain.goto(server.url + "bus")
+    choice = plain.get_by_test_id("connect-here")
+    expect(choice.get_by_role("status")).to_have_text("Searching for adapters")
+    expect(choice.get_by_role("radio")).to_have_count(0)  # adapters found would push it away from the pointer
+    expect(plain.get_by_test_id("connect")).to_be_disabled()
+    searches[0].fulfill(json=PLUGGED)
+    expect(choice.get_by_role("radio")).to_have_count(4)
+    expect(plain.get_by_test_id("connect")).to_be_enabled()
+
+
 def test_adapters_show_their_state_and_precede_the_demo(server: Server, plain: Page) -> None:
     plain.emulate_media(color_scheme="light", reduced_motion="reduce")
     adapters(plain, PLUGGED)

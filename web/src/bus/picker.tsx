@@ -165,10 +165,19 @@ export function gapOf(typed: string): number | null {
 
 export function PickerCards({ picker }: { picker: Picker }) {
   const list = picker.adapters.value;
+  const failed = picker.listProblem.value;
   const refused = picker.refused.value;
+  // Adapters found would push everything below them out from under the pointer.
+  if (list === null && failed === null) {
+    return (
+      <p class="small dim" role="status">
+        {strings.searching}
+      </p>
+    );
+  }
   return (
     <div class="picker">
-      {picker.listProblem.value !== null && <Note>{strings.failed(picker.listProblem.value)}</Note>}
+      {failed !== null && <Note>{strings.failed(failed)}</Note>}
       {list?.every(isDemo) && (
         <div data-testid="no-adapter">
           <p class="strong">{strings.nothing}</p>
@@ -190,9 +199,7 @@ export function PickerCards({ picker }: { picker: Picker }) {
         <Other picker={picker} />
       </div>
       <p class="small dim" data-testid="adapters-searched">
-        {list === null
-          ? strings.searching
-          : strings.searched(age(Math.max(0, now.value - picker.searchedAt.value), 0))}
+        {strings.searched(age(Math.max(0, now.value - picker.searchedAt.value), 0))}
       </p>
       <RolePart picker={picker} />
       <Options picker={picker} />
