@@ -11,7 +11,6 @@ import { who } from "../bench/holder";
 import { connection } from "../bench/link";
 import { verdictText } from "../bench/note-text";
 import { sheetOf } from "../bench/parameters";
-import type { Resource } from "../bench/resource";
 import { go, pathOf } from "../bench/route";
 import { rowLabelOf, valueText } from "../bench/row-text";
 import { openDrift } from "../change/requests";
@@ -24,7 +23,7 @@ import { useResource } from "../kit/resource";
 import { auditWord, reasonText } from "../servo/audit-text";
 import { faultsOf, type KnownFault, present, readFaults } from "../servo/faults";
 import { text } from "../text";
-import { Card, Fact } from "./card";
+import { Card, Fact, Trouble } from "./card";
 import { Notes } from "./notes";
 import { taken, written } from "./state";
 import { overview as words } from "./words";
@@ -175,9 +174,10 @@ function LastRun({ one }: { one: KnownServo }) {
   );
   const run = list.value.value?.[0];
   return (
-    <Card title={words.run} path={pathOf("tune", one.uid)} link={words.toTune} testid="card-run">
-      <Trouble of={list} />
-      {list.value.value?.length === 0 && (
+    <Card title={words.run} path={pathOf("tune", one.uid)} link={words.toTune} testid="card-run" of={list}>
+      {run ? (
+        <RunFact run={run} />
+      ) : (
         <>
           <Fact glyph={<Icon name="tune" size={16} />} line={words.noRunLine}>
             {words.noRun}
@@ -185,7 +185,6 @@ function LastRun({ one }: { one: KnownServo }) {
           <Button onClick={() => go(pathOf("tune", one.uid))}>{words.runStep}</Button>
         </>
       )}
-      {run && <RunFact run={run} />}
     </Card>
   );
 }
@@ -204,21 +203,21 @@ function Snapshots({ one }: { one: KnownServo }) {
     taken.value,
     one.uid,
   );
-  const found = list.value.value;
+  const found = list.value.value ?? [];
   return (
     <Card
       title={words.snapshots}
       path={pathOf("records", null, `snapshots/${one.uid}`)}
       link={words.toSnapshots}
       testid="card-snapshots"
+      of={list}
     >
-      <Trouble of={list} />
-      {found?.length === 0 && (
+      {found.length === 0 && (
         <Fact glyph={<Icon name="records" size={16} />} line={words.noSnapshotLine}>
           {words.noSnapshot}
         </Fact>
       )}
-      {found?.slice(0, SHOWN - 1).map(each => (
+      {found.slice(0, SHOWN - 1).map(each => (
         <Fact
           key={each.id}
           glyph={<Icon name="records" size={16} />}
@@ -227,9 +226,7 @@ function Snapshots({ one }: { one: KnownServo }) {
           {reasonText(each.reason, each.reason_code, each.reason_params)}
         </Fact>
       ))}
-      {(found?.length ?? 0) > SHOWN - 1 && (
-        <p class="second small">{words.more((found?.length ?? 0) - SHOWN + 1)}</p>
-      )}
+      {found.length > SHOWN - 1 && <p class="second small">{words.more(found.length - SHOWN + 1)}</p>}
     </Card>
   );
 }
@@ -260,9 +257,9 @@ function FollowedProfile({ one }: { one: KnownServo }) {
       path={pathOf("records", null, "profiles")}
       link={words.toProfiles}
       testid="card-profile"
+      of={taken}
     >
-      <Trouble of={taken} />
-      {taken.value.value !== null && !last && (
+      {!last && (
         <Fact glyph={<Icon name="parameters" size={16} />} line={words.noProfileLine}>
           {words.noProfile}
         </Fact>
@@ -301,8 +298,8 @@ function History({ one }: { one: KnownServo }) {
       link={words.allHistory}
       wide
       testid="card-history"
+      of={list}
     >
-      <Trouble of={list} />
       {found?.length === 0 && <p class="second">{words.noHistory}</p>}
       <table class="o-history">
         <tbody>
@@ -321,15 +318,6 @@ function History({ one }: { one: KnownServo }) {
         </tbody>
       </table>
     </Card>
-  );
-}
-
-function Trouble<T>({ of }: { of: Resource<T> }) {
-  if (of.problem.value === null) return null;
-  return (
-    <p class="small" role="alert">
-      <Glyph kind="failure" size={14} /> {of.problem.value}
-    </p>
   );
 }
 

@@ -1,5 +1,6 @@
 /** Tabs of the Parameters page: one per group, with the number of changes. */
 import type { ComponentChildren } from "preact";
+import type { Row } from "../api/types";
 import type { Tab } from "../bench/catalog";
 import { staged, wrong } from "../bench/draft";
 import { servo } from "../bench/fleet";
@@ -33,8 +34,10 @@ interface Props {
 
 export function Tabs({ sheet, tabs, chosen, onChoose, pwm, children }: Props) {
   const has = sheet.keys.value;
+  // Before its rows are known, a servo without PWM input must not show a tab that then goes.
+  const present = (row: Row) => has?.includes(row.key) ?? (pwm !== false || row.group !== "pwm");
   const shown = tabs
-    .map(tab => ({ ...tab, rows: tab.rows.filter(row => has?.includes(row.key) ?? true) }))
+    .map(tab => ({ ...tab, rows: tab.rows.filter(present) }))
     .filter(tab => tab.rows.length > 0);
   return (
     <div class="tabs">

@@ -66,7 +66,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
   };
   return (
     <>
-      {known && (
+      {known ? (
         <Tabs
           sheet={sheet}
           tabs={known.tabs}
@@ -89,6 +89,8 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
             ]}
           />
         </Tabs>
+      ) : (
+        <div class="tabs" />
       )}
       <div class="split">
         {!(narrow.value && tab === LIVE_TAB) && (

@@ -11,6 +11,7 @@ import { Copy } from "../kit/copy";
 import { Guides } from "../kit/guide";
 import { Scroll } from "../kit/scroll";
 import { Segments } from "../kit/segments";
+import { text } from "../text";
 import { beginning, examples } from "./examples";
 import { LastSent } from "./sent";
 import { api as words } from "./words";
@@ -72,18 +73,20 @@ function First() {
         value={`${protocol === "https:" ? "wss" : "ws"}://${host}${API}/ws`}
         hint={strings.socketHint}
       />
-      {version.value !== "" && (
-        <div>
-          <dt>{strings.version}</dt>
-          <dd>hornbill {version.value}</dd>
-        </div>
-      )}
-      {who !== null && (
-        <div data-testid="api-session">
-          <dt>{strings.session}</dt>
-          <dd>{who.name && who.role ? strings.sessionOf(who.name, who.role) : strings.sessionOpen}</dd>
-        </div>
-      )}
+      <div>
+        <dt>{strings.version}</dt>
+        <dd>hornbill {version.value}</dd>
+      </div>
+      <div data-testid="api-session">
+        <dt>{strings.session}</dt>
+        <dd>
+          {who === null
+            ? text.empty.loading
+            : who.name && who.role
+              ? strings.sessionOf(who.name, who.role)
+              : strings.sessionOpen}
+        </dd>
+      </div>
     </dl>
   );
 }

@@ -1,10 +1,10 @@
 /** The scope: channels of any servos on one time axis, with trigger, cursors, spectrum and ten minutes of memory. */
 import { useSignal } from "@preact/signals";
-import { useEffect, useMemo, useRef } from "preact/hooks";
+import { useEffect, useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import type { TelemetryGrant } from "../api/types";
 import { catalog } from "../bench/catalog";
 import { monotonic, now } from "../bench/clock";
-import { nameOf, servo, uids } from "../bench/fleet";
+import { loaded, nameOf, servo, uids } from "../bench/fleet";
 import { age, clock } from "../bench/format";
 import { inTextBox } from "../bench/keys";
 import { up } from "../bench/link";
@@ -23,6 +23,7 @@ import { recallSamples } from "../plots/past";
 import type { Plot } from "../plots/plot";
 import { TimeSpan } from "../plots/span";
 import { telemetry } from "../telemetry/store";
+import { text } from "../text";
 import { scope as words } from "./words";
 import "../plots/plots.css";
 import { idOf, letterOf, SCOPE_WINDOWS } from "./layout";
@@ -42,6 +43,17 @@ const CHECK_HZ = 10;
 const MEMORY_S = 600;
 
 export function ScopePage() {
+  if (!loaded.value || catalog.value === null) {
+    return (
+      <div class="page">
+        <p class="notice-line">{text.empty.loading}</p>
+      </div>
+    );
+  }
+  return <Scope />;
+}
+
+function Scope() {
   const span = useMemo(() => new TimeSpan(() => telemetry.serverTime(monotonic())), []);
   const box = useRef<HTMLDivElement>(null);
   const plots = useRef<(Plot | null)[]>([]);
@@ -76,8 +88,8 @@ export function ScopePage() {
   );
   useEffect(() => watchMarks(), []);
   const [first] = uids.value;
-  // Default channels for an address that names none.
-  useEffect(() => {
+  // Default channels for an address that names none, before it is painted without any.
+  useLayoutEffect(() => {
     if (first === undefined || channels.peek().length > 0) return;
     channels.value = ["current_angle", "command_angle"].map(channel => ({ uid: first, channel }));
   }, [first === undefined]);

@@ -20,12 +20,14 @@ export function VerdictLine({ uid, locked }: { uid: string; locked: boolean }) {
   const last = shown.at(-1);
   const first = shown.length > 1 ? shown[0] : undefined;
   if (!last) {
+    const loading = runs.value === null;
     const none = runs.value?.length === 0;
     return (
-      <Line level={none ? "none" : "loading"} testid={none ? "no-runs" : "verdict-loading"}>
-        <h2>{none ? strings.none : runs.value === null ? words.runs.loading : strings.noneShown}</h2>
-        <p class="second">
-          {none ? `${strings.noneLine} ` : ""}
+      <Line level="none" testid={none ? "no-runs" : "verdict-loading"}>
+        <h2>{none ? strings.none : loading ? words.runs.loading : strings.noneShown}</h2>
+        {/* While runs are loaded, the line is already as high as without any. */}
+        <p class={loading ? "second unseen" : "second"}>
+          {none || loading ? `${strings.noneLine} ` : ""}
           <HowToRead />
         </p>
       </Line>
@@ -60,7 +62,7 @@ export function VerdictLine({ uid, locked }: { uid: string; locked: boolean }) {
 }
 
 interface LineProps {
-  level: RunVerdict["level"] | "none" | "loading";
+  level: RunVerdict["level"] | "none";
   testid: string;
   right?: ComponentChildren;
   children: ComponentChildren;
@@ -75,7 +77,7 @@ function Line({ level, testid, right, children }: LineProps) {
       aria-label={words.verdict.label}
       aria-live="polite"
     >
-      {level === "none" ? null : level === "loading" ? <Spinner /> : <Glyph kind={level} size={24} />}
+      {level !== "none" && <Glyph kind={level} size={24} />}
       <div class="tune-said">{children}</div>
       {right}
     </section>
