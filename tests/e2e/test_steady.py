@@ -29,8 +29,12 @@ LATE = """() => {
     };
     window.moved = [];
     const seen = new Map();
+    let room = '';
     const controls = 'main :is(button, input, select, summary, a[href]):not(:disabled)';
     const look = () => {
+        const main = document.querySelector('main')?.getBoundingClientRect();
+        if (`${main?.y} ${main?.height}` !== room) seen.clear();  // a notice above the page
+        room = `${main?.y} ${main?.height}`;
         for (const one of document.querySelectorAll(controls)) {
             const { x, y, width, height } = one.getBoundingClientRect();
             if (!width || !height) continue;
