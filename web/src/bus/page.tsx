@@ -8,9 +8,9 @@ import { changeChoices } from "../bench/route";
 import { narrow } from "../bench/screen";
 import { Glyph } from "../kit/glyph";
 import { lazy } from "../kit/lazy";
+import { LoadingPage } from "../kit/loaded";
 import { Panel } from "../kit/panel";
 import { tabKeys } from "../kit/tab-keys";
-import { text } from "../text";
 import { ConnectHere } from "./connect";
 import { BusStrip } from "./counters";
 import { Doctor } from "./doctor";
@@ -45,13 +45,7 @@ export function BusPage({ hash }: { hash: string }) {
   const part = parts.find(one => one === hash) ?? parts[0];
   // Its tables need the whole width.
   const whole = narrow.value || part === "autopilot";
-  if (bus.value === null) {
-    return (
-      <div class="page">
-        <p class="notice-line">{text.empty.loading}</p>
-      </div>
-    );
-  }
+  if (bus.value === null) return <LoadingPage />;
   if (bus.value.state === "disconnected") {
     return (
       <div class="page" data-testid="bus-page">

@@ -3,6 +3,7 @@ import type { ComponentChildren } from "preact";
 import { loaded } from "../bench/fleet";
 import { go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
+import { LoadingPage } from "../kit/loaded";
 import { text } from "../text";
 
 /** No page has this address. */
@@ -19,12 +20,7 @@ export function MissingPage() {
 
 /** The address names an unknown servo. */
 export function MissingServo({ uid }: { uid: string }) {
-  if (!loaded.value)
-    return (
-      <div class="page">
-        <p class="notice-line">{text.empty.loading}</p>
-      </div>
-    );
+  if (!loaded.value) return <LoadingPage />;
   return (
     <Missing title={text.missing.servo} testid="missing-servo">
       <p class="second">

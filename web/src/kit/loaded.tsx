@@ -1,4 +1,4 @@
-/** Shared by the tabs of Records: times, load errors, empty states. */
+/** What several pages show in place of content: loading, load errors, empty states; and times. */
 import type { ComponentChildren } from "preact";
 import { clock, date } from "../bench/format";
 import { text } from "../text";
@@ -32,6 +32,15 @@ export function Unread({ why, onAgain, sentence = text.unread }: UnreadProps) {
     >
       {why !== null && sentence(why)}
     </Note>
+  );
+}
+
+/** A page whose content cannot be laid out before it is known. */
+export function LoadingPage() {
+  return (
+    <div class="page">
+      <p class="notice-line">{text.empty.loading}</p>
+    </div>
   );
 }
 

@@ -75,7 +75,7 @@ function First() {
       />
       <div>
         <dt>{strings.version}</dt>
-        <dd>hornbill {version.value}</dd>
+        <dd>{version.value === "" ? text.empty.loading : `hornbill ${version.value}`}</dd>
       </div>
       <div data-testid="api-session">
         <dt>{strings.session}</dt>

@@ -11,6 +11,7 @@ import { up } from "../bench/link";
 import { subscribeTelemetry } from "../bench/telemetry-subscription";
 import { Button } from "../kit/button";
 import { Choice } from "../kit/field";
+import { LoadingPage } from "../kit/loaded";
 import { Note } from "../kit/note";
 import { Segments } from "../kit/segments";
 import { channelsOf } from "../plots/channels";
@@ -23,7 +24,6 @@ import { recallSamples } from "../plots/past";
 import type { Plot } from "../plots/plot";
 import { TimeSpan } from "../plots/span";
 import { telemetry } from "../telemetry/store";
-import { text } from "../text";
 import { scope as words } from "./words";
 import "../plots/plots.css";
 import { idOf, letterOf, SCOPE_WINDOWS } from "./layout";
@@ -43,14 +43,7 @@ const CHECK_HZ = 10;
 const MEMORY_S = 600;
 
 export function ScopePage() {
-  if (!loaded.value || catalog.value === null) {
-    return (
-      <div class="page">
-        <p class="notice-line">{text.empty.loading}</p>
-      </div>
-    );
-  }
-  return <Scope />;
+  return loaded.value && catalog.value ? <Scope /> : <LoadingPage />;
 }
 
 function Scope() {

@@ -10,7 +10,7 @@ import { guideAt } from "../kit/guide";
 import { Spinner } from "../kit/icon";
 import { dialog } from "./dialogs";
 import { gainsOf, LetterBox } from "./legend";
-import { overlay, restoreGains, runs, testing } from "./state";
+import { overlay, restoreGains, runs, runsProblem, testing } from "./state";
 import { gainsToRestore, letter } from "./step-runs";
 import { tune as words } from "./words";
 
@@ -20,7 +20,7 @@ export function VerdictLine({ uid, locked }: { uid: string; locked: boolean }) {
   const last = shown.at(-1);
   const first = shown.length > 1 ? shown[0] : undefined;
   if (!last) {
-    const loading = runs.value === null;
+    const loading = runs.value === null && runsProblem.value === null;
     const none = runs.value?.length === 0;
     return (
       <Line level="none" testid={none ? "no-runs" : "verdict-loading"}>
