@@ -87,6 +87,14 @@ def four_pages_and_more_below(phone: Page) -> None:
     assert phone.url.endswith("/records")
 
 
+def test_the_lists_of_the_audit_are_one_line_high_below_each_other(browser: Browser, demo: Demo) -> None:
+    with page_in(browser, {"width": 390, "height": 844}, has_touch=True) as page:
+        page.goto(f"{demo.url}records#audit")
+        for name in ("servo", "key", "action"):
+            size = box(page.get_by_test_id(f"audit-{name}"))
+            assert (round(size["width"]), round(size["height"])) == (366, 48)
+
+
 def test_a_phone_wiggles_from_the_list_and_shows_a_rejection(browser: Browser, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-06U-A0")  # one that does not hunt: it returns to its start position
     no_lease(demo)
