@@ -1,6 +1,7 @@
 """Adapters: detection of every kind, in time even if a driver hangs, and without opening any."""
 
 import asyncio
+import gc
 import os
 import pty
 import threading
@@ -63,6 +64,30 @@ def test_adapters_are_listed_in_order_and_a_failing_driver_hides_only_its_own() 
     assert [(each.interface, each.channel, each.usable) for each in found] == [
         ("socketcan", "can0", True), ("slcan", "/dev/ttyACM0", True),
     ]  # fmt: skip
+
+
+async def test_an_error_of_a_driver_is_not_reported_when_its_search_was_ended_before() -> None:
+    reported: list[dict[str, Any]] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: reported.append(context))
+    go_on = threading.Event()
+
+    def fail() -> list[FoundAdapter]:
+        go_on.wait(60)
+        raise ImportError("no such driver")
+
+    adapters = Adapters(detectors={"missing": fail})
+    search = asyncio.create_task(adapters.plugged_in())
+    await asyncio.sleep(0)
+    search.cancel()
+    await asyncio.wait([search])
+    go_on.set()
+    while any(thread.name == "detect missing" for thread in threading.enumerate()):
+        await asyncio.sleep(0)
+    for _ in range(3):  # its result arrives, and whoever waits for it is called
+        await asyncio.sleep(0)
+    del adapters, search
+    gc.collect()
+    assert reported == []
 
 
 async def test_a_hanging_driver_hides_only_its_own_adapters_and_is_called_once(monkeypatch: pytest.MonkeyPatch) -> None:
