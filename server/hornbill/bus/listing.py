@@ -78,7 +78,7 @@ class Adapters:
         if before is None or before.done():
             loop = asyncio.get_running_loop()
             before = self._running[name] = loop.run_in_executor(OwnThread(f"detect {name}"), self._detectors[name])
-            # Nobody may be left to take the error: a page that is closed ends its search.
+            # Retrieved even if the search was cancelled, as by a closed page: asyncio would log it as never retrieved.
             before.add_done_callback(lambda done: done.cancelled() or done.exception())
             self._since[name] = time.monotonic()
         return before

@@ -66,7 +66,7 @@ def test_adapters_are_listed_in_order_and_a_failing_driver_hides_only_its_own() 
     ]  # fmt: skip
 
 
-async def test_an_error_of_a_driver_is_not_reported_when_its_search_was_ended_before() -> None:
+async def test_the_error_of_a_driver_is_not_logged_as_never_retrieved_if_its_search_was_cancelled() -> None:
     reported: list[dict[str, Any]] = []
     asyncio.get_running_loop().set_exception_handler(lambda _, context: reported.append(context))
     go_on = threading.Event()
