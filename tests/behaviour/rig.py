@@ -15,6 +15,7 @@ from sqlalchemy import create_engine, event
 from sqlalchemy.pool import Pool, StaticPool
 
 import jumping_clock as clock
+import real_clock
 from hornbill.api.http import create_api
 from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.bus.embedded.memory_port import MemoryPort
@@ -332,7 +333,7 @@ def play(
                 await bench.close()
                 opened.close()
 
-    return asyncio.run(run()) if behind else clock.run(run())
+    return real_clock.run(run()) if behind else clock.run(run())
 
 
 def json(response: Response, status: int = 200) -> Any:

@@ -1,6 +1,5 @@
 """Async tests run in virtual time, or in real time if marked `real_time`."""
 
-import asyncio
 import inspect
 from contextlib import AbstractAsyncContextManager, AsyncExitStack
 from typing import Any, cast
@@ -8,6 +7,7 @@ from typing import Any, cast
 import pytest
 
 import jumping_clock
+import real_clock
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -25,6 +25,6 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
                     arguments[name] = await stack.enter_async_context(cast(AbstractAsyncContextManager[Any], value))
             await test(**arguments)
 
-    run = asyncio.run if pyfuncitem.get_closest_marker("real_time") else jumping_clock.run
+    run = real_clock.run if pyfuncitem.get_closest_marker("real_time") else jumping_clock.run
     run(main())
     return True
