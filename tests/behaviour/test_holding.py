@@ -81,6 +81,25 @@ async def test_a_run_lasts_as_long_as_it_is_renewed_in_time(rig: Rig) -> None:
 
 
 @scene(SPEEDY)
+async def test_a_renewal_that_arrives_together_with_the_start_does_not_replace_it(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    page = Socket(rig.app)
+    page.send(type="heartbeat", lease=lease)
+    for begun in (False, True):  # as after a delay of the network or the server
+        send(page, servo, lease, 30, renew=begun)
+    await asyncio.sleep(0.2)
+    assert turns(rig, servo)
+    await asyncio.sleep(FOR_S + 0.1)
+    assert not turns(rig, servo)
+    send(page, servo, lease, 30)
+    send(page, servo, lease, 0)
+    send(page, servo, lease, 30, renew=True)  # out of order: the release stays
+    await asyncio.sleep(0.1)
+    assert rig.writes()[-1] == (12, "0x01", 0)
+    assert not turns(rig, servo)
+
+
+@scene(SPEEDY)
 async def test_a_release_brakes_immediately_and_a_later_angle_is_not_braked(rig: Rig) -> None:
     servo, lease = await ready(rig)
     page = Socket(rig.app)

@@ -89,6 +89,11 @@ class SocketCommand(Message):
         """Whether the command brakes: 0 rpm and 0 % do (4.2, 4.3)."""
         return self.type != "angle" and self.value == 0
 
+    @property
+    def renews(self) -> bool:
+        """Whether the command only extends a running hold."""
+        return self.hold is not None and self.hold.renew
+
 
 class CommandMessage(Message):
     """Motion commands. If they arrive faster than the bus can carry them, the newest of each servo is sent."""

@@ -87,6 +87,9 @@ class SocketSession:
     def _command(self, lease_id: str, command: messages.SocketCommand) -> None:
         uid = Uid(command.uid)
         self._host.fleet.get(uid)
+        waiting = self._newest.get(uid)
+        if waiting is not None and command.renews and not waiting[1].renews:
+            return  # a renewal replaces neither the start of its hold nor a brake
         self._newest[uid] = (lease_id, command)
         task = self._sending.get(uid)
         if task is not None and not task.done():
