@@ -141,6 +141,18 @@ def test_the_button_does_not_move_when_the_choice_of_servos_is_loaded(fresh_page
     assert at_rest(fresh_page.get_by_test_id("enable-motion")) == before
 
 
+def test_the_buttons_of_a_hold_can_be_used_once_its_cautions_are_shown(page: Page, demo: Demo, winch: str) -> None:
+    held: list[Route] = []
+    page.route("**/cautions?*", lambda route: held.append(route))
+    with page.expect_request("**/cautions?*"):
+        begin(page, demo, winch, "Speed")
+    expect(page.get_by_test_id("hold-free")).to_be_disabled()
+    held[0].continue_()
+    page.get_by_test_id("hold-free").check()
+    expect(page.get_by_test_id("hold-said")).to_contain_text("rotates continuously")
+    expect(page.get_by_test_id("hold-cw")).to_be_enabled()
+
+
 def test_speed_runs_while_the_button_is_held_and_brakes_on_release(page: Page, demo: Demo, winch: str) -> None:
     ready_to_hold(page, demo, winch)
     for number, release in enumerate(RELEASES.values()):

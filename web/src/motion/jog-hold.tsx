@@ -48,7 +48,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
   const sheet = sheetOf(uid);
   const typed = useSignal<string>(FIRST[kind]);
   const free = useSignal(false);
-  const said = useSignal<readonly Caution[]>([]);
+  const said = useSignal<readonly Caution[] | null>(null);
   const allowed = sheet.held("speed_torque_control") === true && movingTogether.value === null;
   const limits = { cw: limit(uid, kind, "cw"), ccw: limit(uid, kind, "ccw") };
   const most = Math.max(limits.cw, limits.ccw);
@@ -61,12 +61,15 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
       found => {
         said.value = found;
       },
-      () => undefined,
+      () => {
+        said.value = [];
+      },
     );
   }, [uid, kind, allowed]);
   useEffect(() => brake, [uid, kind]);
   if (!allowed) return <Refused uid={uid} />;
 
+  const cautions = said.value;
   const runs = (direction: 1 | -1) =>
     able && up.value && free.value && value !== null && value <= (direction > 0 ? limits.cw : limits.ccw);
   const keys = (event: KeyboardEvent) => {
@@ -107,15 +110,17 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
       </div>
       <Note>{why}</Note>
       <div class="hold-said" data-testid="hold-said">
-        {said.value.map(one => (
+        {cautions?.map(one => (
           <Note key={one.code} kind={one.level}>
             {cautionText(one, uid)}
           </Note>
         ))}
-        <Note kind="warning">{said.value.length === 0 && words.continuous}</Note>
+        <Note kind="warning">{!cautions?.length && words.continuous}</Note>
       </div>
+      {/* Not before the cautions, which move the tick and the buttons. */}
       <Tick
         label={words.free}
+        disabled={cautions === null}
         at={cell(free.value, on => {
           brake();
           free.value = on;
