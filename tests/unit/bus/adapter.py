@@ -54,6 +54,8 @@ class FakeAdapter:
         """Commands, in order of arrival."""
         self.on_sent: Callable[[bytes], None] = lambda _frame: None
         """Called in its thread with each frame it sends to the bus, as a line."""
+        self.on_open: Callable[[], object] = lambda: None
+        """Called in its thread before its channel opens."""
         self.dropped = 0
         """Number of frames from the bus that did not fit into its queue."""
         self._baud = baud
@@ -206,6 +208,7 @@ class FakeAdapter:
         if self.responds == "silent":
             return b""
         if command == b"O":
+            self.on_open()
             self.off_bus = False
         if self.neighbour is not None and command[:1] == b"T":
             self.neighbour.send(command + b"\r")

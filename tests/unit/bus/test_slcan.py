@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import os
+import threading
 import time
 from types import SimpleNamespace
 
@@ -268,8 +269,11 @@ async def test_status_flags_set_passive_and_active(monkeypatch: pytest.MonkeyPat
         assert port.statistics.error_frames == 1
 
 
-async def test_an_adapter_that_refuses_every_frame_is_passive_and_reopened() -> None:
+async def test_an_adapter_that_refuses_every_frame_is_passive_and_reopened(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(slcan, "_POLL_S", 60.0)  # reopened once
     async with opened() as (adapter, port):
+        seen = threading.Event()
+        adapter.on_open = lambda: seen.wait(LIMIT_S)  # once reopened it is passive no longer
         adapter.off_bus = True
         opens = adapter.received.count(b"O")
         async with asyncio.timeout(LIMIT_S):  # a busy machine may report first that nothing was received
@@ -277,6 +281,7 @@ async def test_an_adapter_that_refuses_every_frame_is_passive_and_reopened() -> 
                 port.send([Frame(1, b"")])
                 await asyncio.sleep(0.02)
         await until(lambda: adapter.received.count(b"O") == opens + 1)
+        seen.set()
         while port.state is PortState.PASSIVE:
             port.send([Frame(1, b"")])
             await asyncio.sleep(0.02)
