@@ -62,6 +62,8 @@ interface Sending {
   /** Lets the request outlive the page. */
   keepalive?: boolean;
   timeout_ms?: number;
+  /** Abandons the request, also one that waits for a free connection. */
+  signal?: AbortSignal | undefined;
 }
 
 /** One member per path: the parts of several paths are never combined with each other. */
@@ -102,7 +104,7 @@ async function reported<Result>(verb: Verb, path: string, options: Plain): Promi
   const init: RequestInit = {
     method: verb,
     headers: { Accept: "application/json", ...options.headers },
-    signal: AbortSignal.timeout(options.timeout_ms ?? 15_000),
+    signal: limited(options),
   };
   if (options.keepalive) init.keepalive = true;
   if (options.body !== undefined) {
@@ -126,6 +128,18 @@ async function reported<Result>(verb: Verb, path: string, options: Plain): Promi
   if (response.status === 401 && path !== "/session") unauthorized();
   if (!response.ok) throw toProblem(response.status, text);
   return (text === "" ? undefined : JSON.parse(text)) as Result;
+}
+
+/** Aborted after the timeout, and with the signal of the caller. AbortSignal.any is too new for older tablets. */
+function limited({ timeout_ms = 15_000, signal }: Sending): AbortSignal {
+  const timeout = AbortSignal.timeout(timeout_ms);
+  if (signal === undefined) return timeout;
+  const either = new AbortController();
+  for (const one of [signal, timeout]) {
+    if (one.aborted) either.abort(one.reason);
+    one.addEventListener("abort", () => either.abort(one.reason));
+  }
+  return either.signal;
 }
 
 /** The path with its parameters, and the query without undefined values. */

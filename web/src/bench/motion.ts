@@ -60,7 +60,12 @@ export interface MotionProfile {
 export interface Together {
   /** Hold all of them in place under the lease, with torque on. */
   begin: (lease: string) => Promise<void>;
-  move: (angle: number, lease: string, profile: MotionProfile | null) => Promise<Commanded>;
+  move: (
+    angle: number,
+    lease: string,
+    profile: MotionProfile | null,
+    signal?: AbortSignal,
+  ) => Promise<Commanded>;
   drag: (angle: number, lease: string, profile: MotionProfile | null) => void;
 }
 

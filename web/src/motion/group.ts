@@ -95,8 +95,8 @@ function togetherOf(uids: readonly string[]): Together {
         await readStream(id());
       });
     },
-    async move(angle, lease, profile) {
-      await put(goals(angle), lease, profile);
+    async move(angle, lease, profile, signal) {
+      await put(goals(angle), lease, profile, signal);
       return { warnings: [] } as unknown as Commanded;
     },
     drag(angle, lease, profile) {
@@ -109,11 +109,13 @@ async function put(
   values: Record<string, number>,
   lease: string,
   profile: MotionProfile | null,
+  signal?: AbortSignal,
 ): Promise<void> {
   stream.value = await callApi("PUT", "/streams/{stream_id}", {
     path: { stream_id: stream.peek()?.id ?? "" },
     body: { values, profile },
     headers: { Lease: lease },
+    signal,
   });
 }
 

@@ -49,7 +49,8 @@ const POLL_MS = 50;
 const TIMEOUT_FACTOR = 2;
 const TIMEOUT_S = 4;
 
-let round = 0;
+/** Abandons the last command of the running sweep, which must not arrive after its end. */
+let commands = new AbortController();
 
 /** Approximate duration, seconds: travel at the given speed, half a second per leg to accelerate and brake, and the pauses. */
 export function sweepDuration(settings: SweepSettings): number {
@@ -60,9 +61,9 @@ export function sweepDuration(settings: SweepSettings): number {
 /** Run a sweep to its end. It also ends when motion ends or a leg times out. */
 export async function startSweep(settings: SweepSettings): Promise<void> {
   if (sweep.peek() !== null || motion.peek().phase !== "on") return;
-  round += 1;
-  const mine = round;
-  const still = () => round === mine && sweep.peek() !== null;
+  commands = new AbortController();
+  const { signal } = commands;
+  const still = () => !signal.aborted;
   sweepResult.value = null;
   sweep.value = { ...settings, done: 0, goal: settings.from };
   const stopWatching = effect(() => {
@@ -70,14 +71,14 @@ export async function startSweep(settings: SweepSettings): Promise<void> {
     if (present.phase !== "on" || present.torque !== "on" || question.value !== null) over(words.sweepEnded);
   });
   try {
-    await leg(settings.from, settings, still);
+    await leg(settings.from, settings, signal);
     for (let done = 0; done < settings.count && still(); done += 1) {
       sweep.value = { ...settings, done, goal: settings.to };
-      await leg(settings.to, settings, still);
+      await leg(settings.to, settings, signal);
       await pause(settings.pause_s, still);
       if (!still()) return;
       sweep.value = { ...settings, done, goal: settings.from };
-      await leg(settings.from, settings, still);
+      await leg(settings.from, settings, signal);
       if (done + 1 < settings.count) await pause(settings.pause_s, still);
     }
     if (still()) over(words.sweepDone(settings.count));
@@ -109,23 +110,23 @@ export async function endSweep(): Promise<void> {
 
 function over(said: string): void {
   if (sweep.peek() === null) return;
-  round += 1;
+  commands.abort();
   sweep.value = null;
   sweepResult.value = said;
 }
 
 class NotReached extends Error {}
 
-async function leg(angle: number, settings: SweepSettings, still: () => boolean): Promise<void> {
+async function leg(angle: number, settings: SweepSettings, signal: AbortSignal): Promise<void> {
   const present = motion.peek();
-  if (!still() || present.phase !== "on") return;
+  if (signal.aborted || present.phase !== "on") return;
   setpoint.value = angle;
   const group = movingTogether.peek();
   const deadline = performance.now() + 1000 * legTimeout(present.uid, angle, settings.speed);
-  if (group) await group.move(angle, present.lease, profileOf(settings.speed));
-  else await command(present, angle, settings.speed);
+  if (group) await group.move(angle, present.lease, profileOf(settings.speed), signal);
+  else await command(present, angle, settings.speed, signal);
   const members = membersOf(present);
-  while (still()) {
+  while (!signal.aborted) {
     const ended = stream.peek()?.ended;
     if (group && ended) throw new NotReached(ended);
     if (members.every(uid => near(uid, angle + (group ? (offsets.peek().get(uid) ?? 0) : 0)))) return;
@@ -140,11 +141,17 @@ function near(uid: string, goal: number): boolean {
   return value !== null && Math.abs(value - goal) < BAND_DEG;
 }
 
-function command(present: { uid: string; lease: string }, angle: number, speed: number): Promise<Commanded> {
+function command(
+  present: { uid: string; lease: string },
+  angle: number,
+  speed: number,
+  signal?: AbortSignal,
+): Promise<Commanded> {
   return callApi("POST", "/servos/{uid}/command", {
     path: { uid: present.uid },
     body: { type: "angle", value: angle, profile: profileOf(speed) },
     headers: { Lease: present.lease },
+    signal,
   });
 }
 
