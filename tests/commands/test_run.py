@@ -111,7 +111,9 @@ def test_a_run_of_a_killed_server_is_resumed_by_the_next_one(tmp_path: Path) -> 
     words = serving(tmp_path, "--allocator", "on")
     with running(*words) as first:
         first.api.put("/bus", json={"address": "memory:demo"}).raise_for_status()
-        uid = min(first.ready(6))
+        first.ready(6)
+        # not the arm that hunts, by as much as the limit of the position error
+        uid = next(str(one["uid"]) for one in first.servos() if one["model"] == "BLA21-06U-A0")
         plan = plan_file(tmp_path, uid, cycles=8)
         job = hornbill(first.url, "run", plan, "--yes", "--detach").output.strip()
         until(lambda: cycles_done(first, job) >= 2, 30, "no cycles")
