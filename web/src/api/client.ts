@@ -104,7 +104,7 @@ async function reported<Result>(verb: Verb, path: string, options: Plain): Promi
   const init: RequestInit = {
     method: verb,
     headers: { Accept: "application/json", ...options.headers },
-    signal: limited(options),
+    signal: signalOf(options),
   };
   if (options.keepalive) init.keepalive = true;
   if (options.body !== undefined) {
@@ -130,15 +130,15 @@ async function reported<Result>(verb: Verb, path: string, options: Plain): Promi
   return (text === "" ? undefined : JSON.parse(text)) as Result;
 }
 
-/** Aborted after the timeout, and with the signal of the caller. AbortSignal.any is too new for older tablets. */
-function limited({ timeout_ms = 15_000, signal }: Sending): AbortSignal {
+/** Aborts after the timeout or with the signal of the caller. AbortSignal.any is too new for older tablets. */
+function signalOf({ timeout_ms = 15_000, signal }: Sending): AbortSignal {
   const timeout = AbortSignal.timeout(timeout_ms);
   if (signal === undefined) return timeout;
+  if (signal.aborted) return signal;
   const either = new AbortController();
-  for (const one of [signal, timeout]) {
-    if (one.aborted) either.abort(one.reason);
-    one.addEventListener("abort", () => either.abort(one.reason));
-  }
+  timeout.addEventListener("abort", () => either.abort(timeout.reason));
+  // Removed with the timeout: the signal of the caller may outlive thousands of requests.
+  signal.addEventListener("abort", () => either.abort(signal.reason), { signal: timeout });
   return either.signal;
 }
 

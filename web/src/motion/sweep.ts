@@ -49,8 +49,8 @@ const POLL_MS = 50;
 const TIMEOUT_FACTOR = 2;
 const TIMEOUT_S = 4;
 
-/** Abandons the last command of the running sweep, which must not arrive after its end. */
-let commands = new AbortController();
+/** Ends the running sweep, and abandons its last command, which must not be sent afterwards. */
+let running = new AbortController();
 
 /** Approximate duration, seconds: travel at the given speed, half a second per leg to accelerate and brake, and the pauses. */
 export function sweepDuration(settings: SweepSettings): number {
@@ -61,9 +61,8 @@ export function sweepDuration(settings: SweepSettings): number {
 /** Run a sweep to its end. It also ends when motion ends or a leg times out. */
 export async function startSweep(settings: SweepSettings): Promise<void> {
   if (sweep.peek() !== null || motion.peek().phase !== "on") return;
-  commands = new AbortController();
-  const { signal } = commands;
-  const still = () => !signal.aborted;
+  running = new AbortController();
+  const { signal } = running;
   sweepResult.value = null;
   sweep.value = { ...settings, done: 0, goal: settings.from };
   const stopWatching = effect(() => {
@@ -72,18 +71,18 @@ export async function startSweep(settings: SweepSettings): Promise<void> {
   });
   try {
     await leg(settings.from, settings, signal);
-    for (let done = 0; done < settings.count && still(); done += 1) {
+    for (let done = 0; done < settings.count && !signal.aborted; done += 1) {
       sweep.value = { ...settings, done, goal: settings.to };
       await leg(settings.to, settings, signal);
-      await pause(settings.pause_s, still);
-      if (!still()) return;
+      await pause(settings.pause_s, signal);
+      if (signal.aborted) return;
       sweep.value = { ...settings, done, goal: settings.from };
       await leg(settings.from, settings, signal);
-      if (done + 1 < settings.count) await pause(settings.pause_s, still);
+      if (done + 1 < settings.count) await pause(settings.pause_s, signal);
     }
-    if (still()) over(words.sweepDone(settings.count));
+    if (!signal.aborted) over(words.sweepDone(settings.count));
   } catch (error) {
-    if (still())
+    if (!signal.aborted)
       over(words.sweepFailed(error instanceof NotReached ? error.message : problemText(problemOf(error))));
   } finally {
     stopWatching();
@@ -110,7 +109,7 @@ export async function endSweep(): Promise<void> {
 
 function over(said: string): void {
   if (sweep.peek() === null) return;
-  commands.abort();
+  running.abort();
   sweep.value = null;
   sweepResult.value = said;
 }
@@ -160,9 +159,9 @@ function legTimeout(uid: string, angle: number, speed: number): number {
   return (TIMEOUT_FACTOR * Math.abs(angle - (presentAngle(uid) ?? 0))) / speed + TIMEOUT_S;
 }
 
-async function pause(seconds: number, still: () => boolean): Promise<void> {
+async function pause(seconds: number, signal: AbortSignal): Promise<void> {
   const end = performance.now() + 1000 * seconds;
-  while (still() && performance.now() < end) {
+  while (!signal.aborted && performance.now() < end) {
     await new Promise(resolve => setTimeout(resolve, Math.min(50, end - performance.now())));
   }
 }
