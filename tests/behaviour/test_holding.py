@@ -145,6 +145,29 @@ async def test_a_release_does_not_wait_for_an_acknowledgement_and_without_one_be
     assert not turns(rig, servo)
 
 
+@pytest.mark.parametrize("released", [True, False])
+@scene(SPEEDY)
+async def test_a_brake_after_a_long_run_does_not_wait_for_reads(rig: Rig, released: bool) -> None:
+    servo, lease = await ready(rig)
+    page = Socket(rig.app)
+    page.send(type="heartbeat", lease=lease)
+    send(page, servo, lease, 30)
+    for _ in range(15):  # until the readings that permitted it are too old for a new command
+        await asyncio.sleep(0.1)
+        send(page, servo, lease, 30, renew=True)
+    await asyncio.sleep(0.01)
+    rig.sim(servo).conditions.mute = True  # so that a read would take until torque goes off
+    if released:
+        send(page, servo, lease, 0)
+    else:
+        await asyncio.sleep(FOR_S - 0.01)
+    await asyncio.sleep(0.005)
+    assert rig.writes()[-1] == (12, "0x01", 0)
+    await asyncio.sleep(0.3)
+    assert not turns(rig, servo)
+    assert rig.sim(servo).output == 0, "braked, before torque goes off"
+
+
 @pytest.mark.parametrize("end", ["socket", "lease", "stop"])
 @scene(SPEEDY)
 async def test_every_end_of_motion_control_ends_a_run_with_torque_off(rig: Rig, end: str) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Generator
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
+from math import inf
 
 from hornbill.domain.motion import Caution
 from hornbill.errors import (
@@ -112,7 +113,8 @@ class Motion:
         Refused.
         """
         self.may_move(servo, lease_id)
-        await self.freshen(servo, kind)
+        # a brake is within all limits, so it does not wait for readings that are only old
+        await self.freshen(servo, kind, max_age_s=inf if self._brakes(servo, kind, value) else FRESH_S)
         lease = self.may_move(servo, lease_id)
         if self._streamed(servo.uid):
             raise Busy(
@@ -135,6 +137,11 @@ class Motion:
         self._note_command(servo, target)
         self.keeping_alive.begin(commanded, target, holds)
         return target
+
+    def _brakes(self, servo: Servo, kind: str, value: float) -> bool:
+        """Whether this command ends the speed or torque that the servo is commanded now (4.2, 4.3)."""
+        last = self.last_command(servo.uid)
+        return value == 0 and kind != "angle" and last is not None and last.parameter.key == permission.ROW_OF[kind]
 
     def permit(
         self, servo: Servo, lease: HeldLease, kind: str, value: float, *, clamp: bool, confirm: Collection[str]
