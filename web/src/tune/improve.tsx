@@ -58,14 +58,13 @@ function bounds(one: KnownServo) {
 
 type Bounds = ReturnType<typeof bounds>;
 
-/** Why Improve cannot begin, in words; null if it can. */
-function against({ from, to, torque, speed, time, at, sweep }: Bounds): string | null {
+/** What is wrong with the entries, in words; null if nothing is. */
+function wrongEntry({ from, to, torque, speed, time, sweep }: Bounds): string | null {
   const strings = words.improve;
   if (from === null || to === null || to - from < 2) return strings.rangeWrong;
   if (torque === null) return strings.torqueWrong;
   if (speed === null) return strings.speedWrong;
   if (time === null) return strings.timeWrong;
-  if (at === null) return words.step.unknownAngle;
   if (sweep && sweep.to - sweep.from < 2) return strings.noRoom;
   return null;
 }
@@ -73,7 +72,7 @@ function against({ from, to, torque, speed, time, at, sweep }: Bounds): string |
 export function ImprovePart({ one }: { one: KnownServo }) {
   const strings = words.improve;
   const found = bounds(one);
-  const why = against(found);
+  const wrong = wrongEntry(found);
   const { from, to, torque, speed, time } = found;
   const held = heldGains(one.uid);
   return (
@@ -116,7 +115,7 @@ export function ImprovePart({ one }: { one: KnownServo }) {
           />
         </div>
         <Note kind="warning" testid="improve-against">
-          {why}
+          {wrong}
         </Note>
       </section>
       <section class="tune-part tune-moves" aria-label={strings.whatMoves}>
@@ -130,7 +129,8 @@ export function ImprovePart({ one }: { one: KnownServo }) {
           look="primary"
           live
           testid="improve-open"
-          disabled={why !== null || testing.value || tuning.value?.available === false || observing.value}
+          // Not for an unknown angle, which the dialog awaits: a press while a reading is late would be lost.
+          disabled={wrong !== null || testing.value || tuning.value?.available === false || observing.value}
           onClick={() => {
             dialog.value = "improve";
           }}
@@ -220,10 +220,10 @@ export function ImproveDialog({ one }: { one: KnownServo }) {
   const strings = words.improve;
   const present = bounds(one);
   // About the angle at which it opened: that of a servo that hunts differs with every reading.
-  const first = useRef<Bounds["sweep"]>(null);
-  first.current ??= present.sweep;
-  const found = { ...present, sweep: first.current };
-  const why = against(found);
+  const first = useRef<Pick<Bounds, "at" | "sweep">>({ at: null, sweep: null });
+  if (first.current.at === null) first.current = { at: present.at, sweep: present.sweep };
+  const found = { ...present, ...first.current };
+  const why = wrongEntry(found) ?? (found.at === null ? words.step.unknownAngle : null);
   const { on, able } = gateOf(one);
   const { from, to, sweep, torque, speed, time } = found;
   const goal = typed.goal.value;
