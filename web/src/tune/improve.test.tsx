@@ -33,7 +33,7 @@ function reading(angle_deg: number, age_s: number): void {
   });
 }
 
-/** The open page of Improve, or its dialog. */
+/** The Improve tab, or its dialog. */
 function Shown() {
   const one = servo(UID);
   if (!one) return null;
@@ -63,7 +63,7 @@ afterEach(() => {
   vi.unstubAllGlobals();
 });
 
-test("a press is not lost while a reading is late, and the dialog plans about one angle", async () => {
+test("a press is not lost while a reading is late, and the dialog plans for one angle", async () => {
   reading(10, LATE_S);
   act(() => render(<Shown />, root));
   expect(found("improve-against"), "a note that comes and goes moves the button").toBeNull();

@@ -53,7 +53,7 @@ function bounds(one: KnownServo) {
           from: round(Math.max(at + from, limits?.ccw ?? Number.NEGATIVE_INFINITY)),
           to: round(Math.min(at + to, limits?.cw ?? Number.POSITIVE_INFINITY)),
         };
-  return { from, to, torque, speed, time, at, limits, sweep, present };
+  return { from, to, torque, speed, time, limits, sweep, present };
 }
 
 type Bounds = ReturnType<typeof bounds>;
@@ -220,10 +220,10 @@ export function ImproveDialog({ one }: { one: KnownServo }) {
   const strings = words.improve;
   const present = bounds(one);
   // About the angle at which it opened: that of a servo that hunts differs with every reading.
-  const first = useRef<Pick<Bounds, "at" | "sweep">>({ at: null, sweep: null });
-  if (first.current.at === null) first.current = { at: present.at, sweep: present.sweep };
-  const found = { ...present, ...first.current };
-  const why = wrongEntry(found) ?? (found.at === null ? words.step.unknownAngle : null);
+  const first = useRef<Bounds["sweep"]>(null);
+  first.current ??= present.sweep;
+  const found = { ...present, sweep: first.current };
+  const why = wrongEntry(found) ?? (found.sweep === null ? words.step.unknownAngle : null);
   const { on, able } = gateOf(one);
   const { from, to, sweep, torque, speed, time } = found;
   const goal = typed.goal.value;
