@@ -171,6 +171,29 @@ def test_a_paused_or_selected_row_stays_while_the_counts_go_on(page: Page, demo:
     expect(page.get_by_test_id("monitor-held")).to_have_count(0)
 
 
+def test_a_long_press_selects_the_row_it_began_on(page: Page, demo: Demo) -> None:
+    open_bus(page, demo)
+    expect(page.locator(ROWS).nth(8)).to_be_visible()
+    page.get_by_test_id("frames").hover()
+    page.mouse.down()
+    before = rows(page)
+    traffic(page)
+    assert rows(page) == before
+    page.mouse.up()
+    expect(page.get_by_test_id("frame-detail")).to_contain_text("Payload")
+    expect(page.locator(".f-row[aria-selected=true]")).to_be_visible()
+    assert page.locator(".f-row[aria-selected=true]").inner_text() in before
+    page.get_by_test_id("detail-close").click()
+    # Pressed elsewhere than it is released: not a selection, and the list goes on.
+    page.get_by_test_id("frames").hover()
+    page.mouse.down()
+    page.mouse.move(2, 2)
+    page.mouse.up()
+    before = rows(page)
+    wait_for(lambda: not set(rows(page)) & set(before), "the list does not go on")
+    expect(page.get_by_test_id("frame-detail")).to_have_count(0)
+
+
 @pytest.mark.release
 def test_a_flood_of_frames_makes_no_new_rows(page: Page, demo: Demo) -> None:
     numbers = itertools.count()

@@ -31,7 +31,8 @@ export class FrameList {
   #options: Options;
   #pool: Shown[] = [];
   #height = 26;
-  #touched = false;
+  /** A finger or the mouse button is down. */
+  #pressed = false;
   /** Last scroll position set by this list itself. */
   #ownTop = -1;
   #drawn = "";
@@ -74,13 +75,15 @@ export class FrameList {
     if (number === this.#chosen) return;
     this.#chosen = number;
     this.refresh();
+    // Its details may already have made the list shorter, and rows dropped during a press have moved it up.
+    if (number !== null) this.#reveal(number);
   }
 
   draw(): void {
     const { first, end, held } = this.#feed;
     const box = this.#scroller;
     const count = end - first;
-    if (!held && this.#touched) return;
+    if (!held && this.#pressed) return;
     this.#spacer.style.height = `${count * this.#height}px`;
     if (!held) this.#scrollTo(box.scrollHeight);
     const top = Math.max(0, Math.floor(box.scrollTop / this.#height));
@@ -154,14 +157,30 @@ export class FrameList {
       },
       passive,
     );
-    // The list does not scroll under a finger.
-    box.addEventListener("touchstart", () => this.#touch(true), passive);
-    box.addEventListener("touchend", () => this.#touch(false), passive);
-    box.addEventListener("touchcancel", () => this.#touch(false), passive);
+    // The list does not move during a press: a press that ends on another row than it began on is not a click.
+    const touch = (on: boolean) => () => {
+      this.#pressed = on;
+    };
+    const release = ({ pointerType }: PointerEvent) => {
+      if (pointerType === "mouse") this.#pressed = false;
+    };
+    box.addEventListener("touchstart", touch(true), passive);
+    box.addEventListener("touchend", touch(false), passive);
+    box.addEventListener("touchcancel", touch(false), passive);
+    box.addEventListener(
+      "pointerdown",
+      // Not on the scroll bar, where some browsers report no release.
+      event => {
+        if (event.pointerType === "mouse" && event.button === 0 && rowAt(event)) this.#pressed = true;
+      },
+      passive,
+    );
+    window.addEventListener("pointerup", release, passive);
+    window.addEventListener("pointercancel", release, passive);
     box.addEventListener(
       "click",
       event => {
-        const element = (event.target as HTMLElement).closest<HTMLElement>(".f-row");
+        const element = rowAt(event);
         const found = this.#pool.find(one => one.element === element);
         if (!found || !this.#hasMore(found.number)) return;
         this.#options.onChoose(found.number === this.#chosen ? null : found.number);
@@ -169,10 +188,6 @@ export class FrameList {
       { signal },
     );
     box.addEventListener("keydown", event => this.#key(event), { signal });
-  }
-
-  #touch(on: boolean): void {
-    this.#touched = on;
   }
 
   #scrolled(): void {
@@ -234,6 +249,10 @@ export class FrameList {
       this.#scrollTo(top + this.#height - box.clientHeight);
     box.setAttribute("aria-activedescendant", `frame-${number}`);
   }
+}
+
+function rowAt(event: Event): HTMLElement | null {
+  return (event.target as HTMLElement).closest<HTMLElement>(".f-row");
 }
 
 function make(): Shown {
