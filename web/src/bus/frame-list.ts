@@ -75,8 +75,6 @@ export class FrameList {
     if (number === this.#chosen) return;
     this.#chosen = number;
     this.refresh();
-    // Its details may already have made the list shorter, and rows dropped during a press have moved it up.
-    if (number !== null) this.#reveal(number);
   }
 
   draw(): void {

@@ -158,7 +158,8 @@ function List() {
     return () => made.destroy();
   }, []);
   const chosen = monitor.chosenFrame.value;
-  useEffect(() => list.current?.choose(chosen), [chosen]);
+  // Before the list is measured: the details make it shorter, and it then keeps the selected row in view.
+  useLayoutEffect(() => list.current?.choose(chosen), [chosen]);
   return (
     <div
       ref={scroller}
