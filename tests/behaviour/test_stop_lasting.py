@@ -241,6 +241,35 @@ async def test_torque_off_to_an_online_servo_is_repeated_four_times_a_second(rig
 
 
 @scene()
+@pytest.mark.parametrize("delay_s", [0.03, 0.3, 0.9])
+async def test_a_late_response_acknowledges_a_stop(rig: Rig, servo: Servo, delay_s: float) -> None:
+    """The latency of an adapter may exceed the timeout of a try."""
+    rig.sim(servo).conditions.response_delay_s = delay_s
+    await press(rig)
+    await asyncio.sleep(2)
+    (stopped,) = json(await rig.call("GET", "/stop"))["servos"]
+    at_most = delay_s * 1000 + (20 if delay_s < 0.4 else 1000)
+    assert (stopped["confirmed"], delay_s * 1000 <= stopped["ms"] <= at_most) == (True, True), stopped
+    written = writes(rig, servo.node_id)
+    await asyncio.sleep(2)
+    assert writes(rig, servo.node_id) == written, "nothing more is sent once it has responded"
+
+
+@scene()
+async def test_a_late_response_acknowledges_the_stop_of_a_node_that_may_be_a_servo(rig: Rig) -> None:
+    await rig.ready()
+    await press(rig)
+    sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
+    _any_output(sim)
+    sim.conditions.drop_responses_pct = 100
+    await asyncio.sleep(6)
+    assert [node["confirmed"] for node in json(await rig.call("GET", "/stop"))["nodes"]] == [False]
+    sim.conditions.response_delay_s, sim.conditions.drop_responses_pct = 0.2, 0
+    await asyncio.sleep(1)
+    assert rig.logged("stopped_late") == [("notice", None, {"servo": "node 12", "mode": "off"})]
+
+
+@scene()
 async def test_the_brake_is_applied_to_a_node_that_may_be_a_servo(rig: Rig) -> None:
     """It cannot be identified while it responds to writes only."""
     await rig.ready()

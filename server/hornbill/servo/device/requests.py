@@ -70,9 +70,10 @@ COMMAND = RetryPolicy(priority=17, timeout_s=0.12, tries=1, kind="command")
 """Motion commands are never repeated: a late copy could move the horn after the operator has changed the command. If
 the response is missing, the register is read to see whether the command arrived."""
 TORQUE = RetryPolicy(priority=16, timeout_s=0.05, tries=4, kind="torque")
-STOP = RetryPolicy(priority=16, timeout_s=0.02, tries=1, urgent=True, kind="stop")
+STOP = RetryPolicy(priority=16, timeout_s=0.04, tries=10, urgent=True, kind="stop")
 """Torque and stop have the same priority, so both have the same CAN identifier and keep their order on every adapter:
-an older "on" can never overtake, or be overtaken by, a newer "off"."""
+an older "on" can never overtake, or be overtaken by, a newer "off". A response to an earlier try counts: the latency
+of an adapter may exceed the timeout of a try."""
 ONCE = RetryPolicy(priority=20, timeout_s=0.5, tries=1, kind="action")
 """Save, reset and restart are never repeated: a second copy would reach a servo that is restarting from the first."""
 

@@ -9,7 +9,7 @@ from typing import Final
 from hornbill.errors import HornbillError
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.output import KEY, MODES, Reason, mode_text
-from hornbill.servo.device.requests import STOP, ServoRequests
+from hornbill.servo.device.requests import STOP, RetryPolicy, ServoRequests
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.hub import Hub, LogEvent, ServoChanged
 from hornbill.servo.runtime.timebase import TimeBase
@@ -17,14 +17,14 @@ from hornbill.units import Instant, Raw, Uid
 
 log = logging.getLogger(__name__)
 
-RETRY_S: Final = 0.02
-RETRY_LATER_S: Final = 0.25
-RETRY_OFFLINE_S: Final = 1.0
-"""Pauses between tries: initially; for an online servo that does not respond; for an offline servo, which may be
-switched off. The write is repeated immediately when the servo is back."""
+LATER: Final = replace(STOP, timeout_s=0.25, tries=4)
+OFFLINE: Final = replace(STOP, timeout_s=1.0, tries=1)
+"""Policies after `FAST_S`, for a servo that is online, and for one that is offline, which may be switched off.
 
-FAST_TRIES: Final = 25
-"""Tries with the initial pause, 0.5 s in total."""
+A late response counts while its request has tries left: within 0.4 s with STOP, within 1 s with these."""
+
+FAST_S: Final = 0.5
+"""Time from an order, or from the return of the bus or a servo, within which requests with the policy STOP begin."""
 
 REPORT_S: Final = 10.0
 """An order other than a stop not acknowledged for this time is reported once as a failure; retries continue."""
@@ -36,9 +36,8 @@ REWRITE_BRAKE_S: Final = 0.33
 """The same for the brake: a third of the factory timeout (0x27), which may release the brake (section 4.19)."""
 
 MAX_REWRITE_S: Final = 60.0
+MIN_REWRITE_S: Final = 0.02
 _OFF: Final[Raw] = 1
-
-_AT_ONCE = replace(STOP, timeout_s=STOP.timeout_s * 2, tries=10)
 
 
 @dataclass(slots=True, eq=False)
@@ -46,7 +45,8 @@ class TorqueOffOrder:
     """Torque off or brake for a servo, or for a node ID that may be one, with reason and author.
 
     `settled` is done at the first acknowledgement, or when the order is cancelled. `reported`: whether it was reported
-    as unacknowledged.
+    as unacknowledged. `fast_until`: requests begun later have other policies than STOP. `waiting`: whether `retry_now`
+    writes earlier than the policy would.
     """
 
     to: Servo | int
@@ -60,7 +60,8 @@ class TorqueOffOrder:
     settled: asyncio.Future[None] = field(default_factory=lambda: asyncio.get_running_loop().create_future())
     task: asyncio.Task[None] | None = None
     reported: bool = False
-    tries: int = 0
+    fast_until: Instant = 0.0
+    waiting: bool = False
 
     @property
     def key(self) -> Uid | int:
@@ -81,8 +82,6 @@ class TorqueOffRetries:
         self._fleet = fleet
         self._row = fleet.catalog.by_key[KEY]
         self._orders: dict[Uid | int, TorqueOffOrder] = {}
-        self._wake = asyncio.Event()
-        self._wake_count = 0
 
     def servos(self) -> list[Servo]:
         """Servos that have not acknowledged an order other than a stop."""
@@ -117,7 +116,7 @@ class TorqueOffRetries:
         order = TorqueOffOrder(to, mode, reason, by, self._base.now(), on_acknowledged, persistent, on_gone)
         self.cancel(order.key)
         self._orders[order.key] = order
-        order.task = asyncio.get_running_loop().create_task(self._write(order))
+        self._start(order)
 
     def require(self, servo: Servo, reason: Reason, by: str | None, mode: str = "off") -> None:
         """As `order`, but keeps a pending order: a brake holds what torque off would drop."""
@@ -137,7 +136,7 @@ class TorqueOffRetries:
         """
         servo.output.switch(MODES[mode], reason, by)
         try:
-            return await self._requests.write(servo, self._row, MODES[mode], _AT_ONCE)
+            return await self._requests.write(servo, self._row, MODES[mode], STOP)
         except (HornbillError, asyncio.CancelledError):
             if retry:
                 self.require(servo, reason, by, mode)
@@ -169,9 +168,10 @@ class TorqueOffRetries:
 
     def retry_now(self) -> None:
         """Retry all pending orders immediately and at short intervals, because the bus or a servo is back."""
-        self._wake_count += 1
-        self._wake.set()
-        self._wake = asyncio.Event()
+        for order in self._orders.values():
+            order.fast_until = self._base.now() + FAST_S
+            if order.waiting:
+                self._start(order)
 
     async def acknowledged(self, within_s: float) -> None:
         """Wait until all orders are acknowledged, but at most this time, s."""
@@ -204,14 +204,19 @@ class TorqueOffRetries:
         if not order.settled.done():
             order.settled.set_result(None)
 
+    def _start(self, order: TorqueOffOrder) -> None:
+        """Write an order from the next turn of the event loop on, ending the try in progress."""
+        if order.task is not None:
+            order.task.cancel()
+        order.task = asyncio.get_running_loop().create_task(self._write(order))
+
     async def _write(self, order: TorqueOffOrder) -> None:
         try:
             while True:
                 if isinstance(order.to, Servo):
                     order.to.output.switch(MODES[order.mode], order.reason, order.by)
-                order.tries = 0
+                order.fast_until = self._base.now() + FAST_S
                 while True:
-                    wake_count = self._wake_count
                     if order.settled.done() and not order.persistent():
                         return
                     if isinstance(order.to, int) and order.to not in self._fleet.suspects():
@@ -219,51 +224,55 @@ class TorqueOffRetries:
                         return
                     if await self._try(order):
                         break
-                    order.tries = 0 if await self._woken_within(order, wake_count) else order.tries + 1
                 self._acknowledged(order)
                 if not await self._needed_again(order):
                     return
         finally:
-            self._settle(order)
-            if self._orders.get(order.key) is order:
-                del self._orders[order.key]
+            if order.task is asyncio.current_task():
+                self._settle(order)
+                if self._orders.get(order.key) is order:
+                    del self._orders[order.key]
 
     async def _try(self, order: TorqueOffOrder) -> bool:
-        """Write once. True if acknowledged.
-
-        While a servo is offline, another node may use its node ID and respond instead: that does not count.
-        """
-        wanted = MODES[order.mode]
-        if self._requests.silent:
-            return False
+        """Send one request. True if acknowledged; otherwise return after a pause of at least one timeout."""
+        began, policy = self._base.now(), self._policy(order)
+        order.waiting = policy is not STOP
         try:
-            if isinstance(order.to, int):
-                self._fleet.torque_written(order.to)
-                return await self._requests.write_to_node(order.to, self._row, wanted, STOP) == wanted
-            if await self._requests.write(order.to, self._row, wanted, STOP) == wanted:
-                if order.to.online:
-                    return True
-                order.tries = FAST_TRIES
+            if not self._requests.silent and await self._request(order, policy):
+                order.waiting = False
+                return True
         except HornbillError as error:
             log.debug("%s: torque %s: %s", order.key, order.mode, error.detail)
         except Exception:  # whatever the error, the servo must still be stopped
             log.exception("%s: torque %s", order.key, order.mode)
+        pause = began + self._policy(order).timeout_s - self._base.now()
+        if pause > 0:
+            order.waiting = True
+            await asyncio.sleep(pause)
         return False
 
-    async def _woken_within(self, order: TorqueOffOrder, wake_count: int) -> bool:
-        """Pause after a failed try. True if `retry_now` was called since that try began."""
-        tries, absent = order.tries + 1, isinstance(order.to, Servo) and not order.to.online
-        pause = RETRY_S if tries <= FAST_TRIES else RETRY_OFFLINE_S if absent else RETRY_LATER_S
-        if wake_count != self._wake_count:
-            pause = RETRY_S
+    async def _request(self, order: TorqueOffOrder, policy: RetryPolicy) -> bool:
+        """Write the mode. True if acknowledged.
+
+        While a servo is offline, another node may use its node ID and respond instead: that does not count.
+        """
+        wanted = MODES[order.mode]
+        if isinstance(order.to, int):
+            self._fleet.torque_written(order.to)
+            single = replace(policy, tries=1)  # before the next try, the node may have been identified
+            return await self._requests.write_to_node(order.to, self._row, wanted, single) == wanted
+        if await self._requests.write(order.to, self._row, wanted, policy) != wanted:
+            return False
+        if not order.to.online:
+            order.fast_until = self._base.now()
+        return order.to.online
+
+    def _policy(self, order: TorqueOffOrder) -> RetryPolicy:
         if self._requests.silent:
-            pause = RETRY_OFFLINE_S
-        try:
-            async with asyncio.timeout(pause):
-                await self._wake.wait()
-        except TimeoutError:
-            return wake_count != self._wake_count
-        return True
+            return OFFLINE
+        if self._base.now() < order.fast_until:
+            return STOP
+        return OFFLINE if isinstance(order.to, Servo) and not order.to.online else LATER
 
     def _acknowledged(self, order: TorqueOffOrder) -> None:
         if order.on_acknowledged is not None:
@@ -291,7 +300,7 @@ class TorqueOffRetries:
             if order.mode != "brake":
                 return False
             timeout_s = (order.to.raw("timeout_time") or 1000) / 1000
-            await asyncio.sleep(max(RETRY_S, min(MAX_REWRITE_S, timeout_s / 3)))
+            await asyncio.sleep(max(MIN_REWRITE_S, min(MAX_REWRITE_S, timeout_s / 3)))
             if order.persistent() and order.to.raw("timeout_action") in (None, _OFF):
                 return True
         return False
