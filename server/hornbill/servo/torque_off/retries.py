@@ -45,8 +45,8 @@ class TorqueOffOrder:
     """Torque off or brake for a servo, or for a node ID that may be one, with reason and author.
 
     `settled` is done at the first acknowledgement, or when the order is cancelled. `reported`: whether it was reported
-    as unacknowledged. `fast_until`: requests begun later have other policies than STOP. `waiting`: whether `retry_now`
-    writes earlier than the policy would.
+    as unacknowledged. `fast_until`: end of the time in which requests begin with the policy STOP. `waiting`: whether it
+    is in a pause or an infrequent try, which `retry_now` ends.
     """
 
     to: Servo | int
@@ -234,7 +234,7 @@ class TorqueOffRetries:
                     del self._orders[order.key]
 
     async def _try(self, order: TorqueOffOrder) -> bool:
-        """Send one request. True if acknowledged; otherwise return after a pause of at least one timeout."""
+        """Send one request. True if acknowledged; otherwise returns at least one timeout after it began."""
         began, policy = self._base.now(), self._policy(order)
         order.waiting = policy is not STOP
         try:
