@@ -102,6 +102,19 @@ def test_bell_is_a_refusal_with_or_without_a_line_end() -> None:
     assert (lines.accepted, lines.refused) == (1, 4)  # the CR after a BELL cannot be distinguished from a response
 
 
+def test_refusals_of_frames_before_a_channel_is_reopened_are_not_the_responses_to_reopening() -> None:
+    lines = Lines()
+    seen = [lines.feed(b"\a", 1.0).refused]
+    lines.reopening()
+    for response in (b"\a", b"\a\a\a", b"\r", b"\a", b"\r"):  # four frames; C, S8 (refused) and O
+        seen.append(lines.feed(response, 2.0).refused)
+        assert lines.refused_since == 1.0, "no response was to an accepted frame"
+    assert seen == [1, 1, 3, 0, 0, 0]
+    assert lines.feed(b"\a", 3.0).refused == 1
+    lines.feed(b"\r", 3.0)
+    assert lines.refused_since is None
+
+
 def test_status_flags_report_passive_once_but_overruns_and_bus_errors_each_time() -> None:
     lines = Lines()
     seen = [lines.feed(flags + b"\r", 1.0).errors for flags in (b"F00", b"F24", b"F24", b"FA0", b"F08", b"F47")]

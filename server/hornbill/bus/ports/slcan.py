@@ -323,7 +323,7 @@ class SlcanBus(can.BusABC):
             got.errors.append(NOW_PASSIVE if refusing else NOW_ACTIVE)
         restart = b"C\r%b\r%b\r" % (BITRATES[self._bitrate], self._opens)
         if refusing and now >= self._restart_at and self._write_now(restart):
-            self._lines.awaited = 3
+            self._lines.reopening()
             self._restart_at = now + _POLL_S
 
     def _write_now(self, text: bytes) -> bool:

@@ -38,6 +38,7 @@ _LAST_IDENTIFIER = 0x1FFF_FFFF
 _STAMPS = (0, 2, 4)  # bytes of time stamp after a frame: none, milliseconds, microseconds
 _HEADS = {b"t": 5, b"r": 5, b"d": 5, b"b": 5, b"R": 10, b"D": 10, b"B": 10}  # type, identifier and length code
 _ENDLESS = 512  # longer than any line, even of CAN FD
+_REOPENING = 3  # responses to C, S and O
 
 
 def line_of(frame: Frame) -> bytes:
@@ -55,10 +56,9 @@ class Lines:
         """Number of commands refused with BELL."""
         self.flags = 0
         """Number of responses to F."""
-        self.awaited = 0
-        """Pending responses to commands other than frames. They are not counted as responses to frames."""
         self.refused_since: Instant | None = None
         """Time of the first of consecutive refused frames. None while frames are accepted."""
+        self._reopening = 0  # pending responses to C, S and O
         self._rest = b""
         self._passive = False
 
@@ -80,9 +80,13 @@ class Lines:
             got.garbled += 1
         return got
 
+    def reopening(self) -> None:
+        """Do not count the responses to C, S and O, which follow those to the frames written before."""
+        self._reopening = _REOPENING
+
     def reset(self) -> None:
         """Reset the counters. An incomplete line is retained."""
-        self.accepted = self.refused = self.flags = self.awaited = 0
+        self.accepted = self.refused = self.flags = self._reopening = 0
         self.refused_since = None
         self._passive = False
 
@@ -122,8 +126,10 @@ class Lines:
 
     def _match_response(self, refused_at: Instant | None) -> bool:
         """Match an unspecific response. Returns whether it was to a frame."""
-        if self.awaited:
-            self.awaited -= 1
+        # An open channel does not refuse C, so refusals before its response are those of earlier frames.
+        earlier = self._reopening == _REOPENING and refused_at is not None
+        if self._reopening and not earlier:
+            self._reopening -= 1
             return False
         if refused_at is None or self.refused_since is None:
             self.refused_since = refused_at
