@@ -56,6 +56,8 @@ class FakeAdapter:
         """Called in its thread with each frame it sends to the bus, as a line."""
         self.on_open: Callable[[], object] = lambda: None
         """Called in its thread before its channel opens."""
+        self.opened = 0
+        """How often its channel was opened."""
         self.dropped = 0
         """Number of frames from the bus that did not fit into its queue."""
         self._baud = baud
@@ -210,6 +212,7 @@ class FakeAdapter:
         if command == b"O":
             self.on_open()
             self.off_bus = False
+            self.opened += 1
         if self.neighbour is not None and command[:1] == b"T":
             self.neighbour.send(command + b"\r")
         if command[:1] == b"T":
