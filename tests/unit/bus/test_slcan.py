@@ -271,7 +271,7 @@ async def test_status_flags_set_passive_and_active(monkeypatch: pytest.MonkeyPat
 
 async def test_an_adapter_that_refuses_every_frame_is_passive_and_reopened(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(slcan, "_POLL_S", 60.0)  # reopened once
-    # On a busy machine its responses to O and F may be too late for the port. That to F must not be BELL then.
+    # On a busy machine the responses to O and F may be late, and a late BELL to F would count as a refused frame.
     async with opened(FakeAdapter(flags=0)) as (adapter, port):
         await until(lambda: adapter.opened)
         seen = threading.Event()
