@@ -80,3 +80,17 @@ async def test_the_list_of_servos_is_as_fresh_as_each_servo(rig: Rig, servo: Ser
     await compare(2)
     await rig.cable.unplug()
     assert await compare(150) > 4.0
+
+
+@scene(PLAIN)
+async def test_a_read_overtaken_by_torque_off_is_no_older_than_it(rig: Rig, servo: Servo) -> None:
+    """The response to a read may arrive after the more urgent one to a write that the servo carried out later."""
+    path = f"/servos/{servo.uid}/parameters"
+    for step in range(40):
+        mode = ("off", "brake")[step % 2]
+        reading = asyncio.create_task(rig.call("GET", f"{path}/torque_mode"))
+        await asyncio.sleep(step * 25e-6)
+        await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": mode})
+        await reading
+        assert json(await rig.call("GET", path))["parameters"]["torque_mode"]["value"] == mode, step
+        await asyncio.sleep(0.05)

@@ -116,17 +116,23 @@ class ServoRequests:
         """Time from call to response by kind, including queueing and retries."""
 
     async def read(self, servo: Servo, parameter: Parameter, policy: RetryPolicy = READ) -> Raw:
-        """Read the raw value of one row from RAM and record it. Raises NoResponse, Refused, BusDisconnected."""
-        if self.read_interval_s:
-            await self._paced()
-        node_id, request = _node(servo), GetSetRequest(0, EMPTY, parameter.name)
-        try:
-            with _Counted(self, node_id, servo, policy):
-                response = await self.connected().request(node_id, request, **policy.options)
-        except NoResponse as error:
-            error.facts["key"] = parameter.key
-            raise
-        return self._value_of(servo, parameter, response, policy, "read")
+        """Read the raw value of one row from RAM and record it. Raises NoResponse, Refused, BusDisconnected.
+
+        Reads again if a write of the row was acknowledged meanwhile: the value may be older, because a response has the
+        priority of its request and may arrive after that of a later, more urgent one.
+        """
+        while True:
+            if self.read_interval_s:
+                await self._paced()
+            node_id, request, began = _node(servo), GetSetRequest(0, EMPTY, parameter.name), self.base.now()
+            try:
+                with _Counted(self, node_id, servo, policy):
+                    response = await self.connected().request(node_id, request, **policy.options)
+            except NoResponse as error:
+                error.facts["key"] = parameter.key
+                raise
+            if not servo.acknowledged_since(parameter.key, began):
+                return self._value_of(servo, parameter, response, policy, "read")
 
     async def write(self, servo: Servo, parameter: Parameter, raw: Raw, policy: RetryPolicy = WRITE) -> Raw:
         """Write one row and return its new value in RAM.

@@ -364,6 +364,11 @@ class Servo:
         if register is not None:
             register.written, register.written_raw, register.written_at = True, raw, at
 
+    def acknowledged_since(self, key: str, at: Instant) -> bool:
+        """Whether the servo has acknowledged a write of a row since `at`, and none is in progress."""
+        register = self.registers.get(key)
+        return register is not None and register.at is not None and at < register.written_at <= register.at
+
     def clear_write_times(self) -> None:
         """Mark all writes so far as older than the restart that is about to be requested."""
         for register in self.registers.values():
