@@ -84,7 +84,7 @@ async def test_the_list_of_servos_is_as_fresh_as_each_servo(rig: Rig, servo: Ser
 
 @scene(PLAIN)
 async def test_a_read_overtaken_by_torque_off_is_no_older_than_it(rig: Rig, servo: Servo) -> None:
-    """The response to a read may arrive after the more urgent one to a write that the servo carried out later."""
+    """The response to a read may arrive after the response to a later, more urgent write."""
     path = f"/servos/{servo.uid}/parameters"
     for step in range(40):
         mode = ("off", "brake")[step % 2]

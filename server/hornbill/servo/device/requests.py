@@ -118,8 +118,8 @@ class ServoRequests:
     async def read(self, servo: Servo, parameter: Parameter, policy: RetryPolicy = READ) -> Raw:
         """Read the raw value of one row from RAM and record it. Raises NoResponse, Refused, BusDisconnected.
 
-        Reads again if a write of the row was acknowledged meanwhile: the value may be older, because a response has the
-        priority of its request and may arrive after that of a later, more urgent one.
+        If a write of the row is acknowledged meanwhile, the row is read again: a response has the priority of its
+        request, so the response to the read may arrive after that to a later, more urgent write.
         """
         while True:
             if self.read_interval_s:

@@ -365,7 +365,7 @@ class Servo:
             register.written, register.written_raw, register.written_at = True, raw, at
 
     def acknowledged_since(self, key: str, at: Instant) -> bool:
-        """Whether the servo has acknowledged a write of a row since `at`, and none is in progress."""
+        """Whether a write of a row has ended since `at` and its value in RAM is known."""
         register = self.registers.get(key)
         return register is not None and register.at is not None and at < register.written_at <= register.at
 
