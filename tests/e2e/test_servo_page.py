@@ -120,6 +120,16 @@ def test_the_last_applied_profile_is_named_and_compared(page: Page, demo: Demo) 
         demo.api.put(row, json={"value": held}).raise_for_status()
 
 
+def test_the_overview_shows_what_another_program_records(page: Page, demo: Demo) -> None:
+    uid = listed(demo)[0]
+    page.goto(f"{demo.url}servos/{uid}")
+    card = page.get_by_test_id("card-snapshots")
+    expect(card).to_be_visible()
+    expect(card.locator(".unseen")).to_have_count(0)  # the list is loaded
+    demo.api.post(f"/servos/{uid}/snapshots", json={"reason": "taken by a script"}).raise_for_status()
+    expect(card).to_contain_text("taken by a script")
+
+
 def test_the_overview_shows_unsaved_values_and_confirms_a_save(page: Page, demo: Demo) -> None:
     uid = uids_of(demo)[0]
     row = f"/servos/{uid}/parameters/angle_p_gain"

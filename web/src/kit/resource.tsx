@@ -5,19 +5,23 @@ import { Resource } from "../bench/resource";
 import { Unread } from "./loaded";
 
 /**
- * A resource of a component: loaded when shown, with each connection and each change of `again`. A new `of` is a new
- * resource.
+ * A resource of a component: loaded when shown, with each connection and each change of `again`, and with `every_ms`
+ * also polled while visible. A new `of` is a new resource.
  */
 export function useResource<T>(
   look: () => Promise<T>,
   again: unknown = null,
   of: unknown = null,
+  every_ms: number | null = null,
 ): Resource<T> {
   const newest = useRef(look);
   newest.current = look;
   const found = useMemo(() => new Resource<T>(() => newest.current()), [of]);
   const round = connection.value;
-  useEffect(() => void found.load(), [found, round, again]);
+  useEffect(() => {
+    if (every_ms !== null) return found.watch(every_ms).end;
+    void found.load();
+  }, [found, round, again, every_ms]);
   return found;
 }
 

@@ -1,7 +1,7 @@
 /** What is known of a servo: last seconds, faults, unsaved values, last step test, snapshots, history. */
 import { useEffect } from "preact/hooks";
 import { callApi } from "../api/client";
-import type { Comparison } from "../api/config-types";
+import type { Comparison, Snapshot } from "../api/config-types";
 import type { StepRun } from "../api/lab-types";
 import { catalog } from "../bench/catalog";
 import { now } from "../bench/clock";
@@ -11,6 +11,7 @@ import { who } from "../bench/holder";
 import { connection } from "../bench/link";
 import { verdictText } from "../bench/note-text";
 import { sheetOf } from "../bench/parameters";
+import type { Resource } from "../bench/resource";
 import { go, pathOf } from "../bench/route";
 import { rowLabelOf, valueText } from "../bench/row-text";
 import { openDrift } from "../change/requests";
@@ -36,7 +37,16 @@ const AnglePlot = lazy<{ uid: string }>(() => import("../plots/angle-plot").then
 /** More entries than this are only counted; the link leads to the rest. */
 const SHOWN = 3;
 
+/** Other pages and programs also run tests, take snapshots, apply profiles and write. */
+const POLL_MS = 3000;
+
 export function Know({ one }: { one: KnownServo }) {
+  const snapshots = useResource(
+    () => callApi("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
+    `${taken.value?.at} ${one.unsaved.length} ${one.state}`,
+    one.uid,
+    POLL_MS,
+  );
   return (
     <div class="o-know">
       <Panel>
@@ -50,10 +60,10 @@ export function Know({ one }: { one: KnownServo }) {
       </Panel>
       <Panel>
         <LastRun one={one} />
-        <FollowedProfile one={one} />
+        <FollowedProfile one={one} snapshots={snapshots} />
       </Panel>
       <Panel>
-        <Snapshots one={one} />
+        <Snapshots one={one} list={snapshots} />
         <Notes uid={one.uid} />
       </Panel>
       <Panel>
@@ -171,6 +181,7 @@ function LastRun({ one }: { one: KnownServo }) {
     () => callApi("GET", "/runs", { query: { uid: one.uid, limit: 1 } }),
     null,
     one.uid,
+    POLL_MS,
   );
   const run = list.value.value?.[0];
   return (
@@ -197,12 +208,7 @@ function RunFact({ run }: { run: StepRun }) {
   );
 }
 
-function Snapshots({ one }: { one: KnownServo }) {
-  const list = useResource(
-    () => callApi("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
-    taken.value,
-    one.uid,
-  );
+function Snapshots({ one, list }: { one: KnownServo; list: Resource<Snapshot[]> }) {
   const found = list.value.value ?? [];
   return (
     <Card
@@ -232,13 +238,8 @@ function Snapshots({ one }: { one: KnownServo }) {
 }
 
 /** The last applied profile: named by the snapshot taken before it. */
-function FollowedProfile({ one }: { one: KnownServo }) {
-  const taken = useResource(
-    () => callApi("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
-    `${one.unsaved.length} ${one.state}`,
-    one.uid,
-  );
-  const last = taken.value.value?.find(each => each.reason_code === "profile");
+function FollowedProfile({ one, snapshots }: { one: KnownServo; snapshots: Resource<Snapshot[]> }) {
+  const last = snapshots.value.value?.find(each => each.reason_code === "profile");
   const name = last ? String(last.reason_params.profile ?? "") : "";
   const compared = useResource<Comparison | null>(
     async () =>
@@ -247,6 +248,7 @@ function FollowedProfile({ one }: { one: KnownServo }) {
         : callApi("GET", "/compare", { query: { left: `servo:${one.uid}`, right: `profile:${name}` } }),
     `${name} ${one.unsaved.length} ${one.state}`,
     one.uid,
+    POLL_MS,
   );
   const found = compared.value.value;
   // Rows outside the profile belong to the servo.
@@ -257,7 +259,7 @@ function FollowedProfile({ one }: { one: KnownServo }) {
       path={pathOf("records", null, "profiles")}
       link={words.toProfiles}
       testid="card-profile"
-      of={taken}
+      of={snapshots}
     >
       {!last && (
         <Fact glyph={<Icon name="parameters" size={16} />} line={words.noProfileLine}>
@@ -289,6 +291,7 @@ function History({ one }: { one: KnownServo }) {
     () => callApi("GET", "/audit", { query: { uid: one.uid, limit: HISTORY } }),
     `${one.unsaved.length} ${one.state} ${one.label} ${taken.value?.at} ${written.value}`,
     one.uid,
+    POLL_MS,
   );
   const found = list.value.value;
   return (

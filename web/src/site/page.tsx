@@ -18,10 +18,9 @@ import "./site.css";
 const INVENTORY_MS = 5000;
 
 export function SitePage() {
-  const inventory = useResource(() => callApi("GET", "/inventory"));
+  const inventory = useResource(() => callApi("GET", "/inventory"), null, null, INVENTORY_MS);
   useEffect(() => watchSite().end, []);
   useEffect(() => watchDoctor().end, []);
-  useEffect(() => inventory.watch(INVENTORY_MS).end, [inventory]);
   const known = benches.value.value;
   const servos = inventory.value.value;
   return (
