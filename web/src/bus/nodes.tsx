@@ -5,7 +5,7 @@ import type { BusNode } from "../api/bus-types";
 import { callApi } from "../api/client";
 import { now } from "../bench/clock";
 import type { ConditionKind } from "../bench/condition";
-import { nameOf, servo } from "../bench/fleet";
+import { loaded, nameOf, servo } from "../bench/fleet";
 import { age, grouped, NONE } from "../bench/format";
 import { up } from "../bench/link";
 import { noteText } from "../bench/note-text";
@@ -31,8 +31,10 @@ const GLYPH: Record<BusNode["health"], ConditionKind> = {
 export function Nodes() {
   const nodes = useMemo(() => new Resource(() => callApi("GET", "/nodes")), []);
   useEffect(() => nodes.watch(POLL_MS).end, []);
+  // Not before the names of servos are known: they change the width of columns.
+  const found = loaded.value ? nodes.value.value : null;
   // Nodes that request a node ID are listed together as node 0; without requests it is left out.
-  const list = nodes.value.value?.filter(one => one.node_id !== 0 || one.online) ?? null;
+  const list = found?.filter(one => one.node_id !== 0 || one.online) ?? null;
   const online = list?.filter(one => one.online).length ?? 0;
   const passed = Math.max(0, now.value - (nodes.readAt.value ?? 0));
   return (
@@ -92,6 +94,7 @@ function columnsOf(passed: number): readonly Column<BusNode>[] {
       key: "health",
       head: strings.head.health,
       by: one => (one.online ? one.health : ""),
+      look: () => "words",
       cell: one => (
         <>
           <Glyph kind={one.online ? GLYPH[one.health] : "offline"} />{" "}

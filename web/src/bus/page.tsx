@@ -123,15 +123,10 @@ function Parts({ parts, chosen }: { parts: readonly Part[]; chosen: Part | undef
             onClick={() => open(part)}
           >
             {NAMES()[part]}
-            {part === "doctor" && failure > 0 && (
-              <>
-                <Glyph kind="failure" size={13} /> {failure}
-              </>
-            )}
-            {part === "doctor" && failure === 0 && warning > 0 && (
-              <>
-                <Glyph kind="warning" size={13} /> {warning}
-              </>
+            {part === "doctor" && failure + warning > 0 && (
+              <span class="tab-count">
+                <Glyph kind={failure > 0 ? "failure" : "warning"} size={13} /> {failure || warning}
+              </span>
             )}
           </button>
         ))}
