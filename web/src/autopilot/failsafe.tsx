@@ -16,11 +16,10 @@ export function FailsafeFacts({ one }: { one: KnownServo }) {
     .join(" ");
   // A gap begins when commands end, and is measured when they begin again.
   const commanded = (one.commanded_by ?? []).length > 0;
-  const found = useResource(
-    () => callApi("GET", "/servos/{uid}/failsafe", { path: { uid: one.uid } }),
-    `${set} ${commanded} ${one.state} ${one.unsaved.length}`,
-    one.uid,
-  );
+  const found = useResource(() => callApi("GET", "/servos/{uid}/failsafe", { path: { uid: one.uid } }), {
+    again: `${set} ${commanded} ${one.state} ${one.unsaved.length}`,
+    of: one.uid,
+  });
   const card = found.value.value;
   if (found.problem.value !== null)
     return (

@@ -1,6 +1,5 @@
 /** The list of all nodes on the bus, servos and others, with notes on them. */
 
-import { useEffect, useMemo } from "preact/hooks";
 import type { BusNode } from "../api/bus-types";
 import { callApi } from "../api/client";
 import { now } from "../bench/clock";
@@ -9,12 +8,12 @@ import { loaded, nameOf, servo } from "../bench/fleet";
 import { age, grouped, NONE } from "../bench/format";
 import { up } from "../bench/link";
 import { noteText } from "../bench/note-text";
-import { Resource } from "../bench/resource";
 import { pathOf, wordInAddress } from "../bench/route";
 import { type Column, DataTable, RowLink } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
 import { Empty } from "../kit/loaded";
 import { Note } from "../kit/note";
+import { useResource } from "../kit/resource";
 import { Scroll } from "../kit/scroll";
 import { busWords as words } from "./words";
 
@@ -29,8 +28,7 @@ const GLYPH: Record<BusNode["health"], ConditionKind> = {
 };
 
 export function Nodes() {
-  const nodes = useMemo(() => new Resource(() => callApi("GET", "/nodes")), []);
-  useEffect(() => nodes.watch(POLL_MS).end, []);
+  const nodes = useResource(() => callApi("GET", "/nodes"), { every_ms: POLL_MS });
   // Not before the names of servos are known: they change the width of columns.
   const found = loaded.value ? nodes.value.value : null;
   // Nodes that request a node ID are listed together as node 0; without requests it is left out.
@@ -94,7 +92,7 @@ function columnsOf(passed: number): readonly Column<BusNode>[] {
       key: "health",
       head: strings.head.health,
       by: one => (one.online ? one.health : ""),
-      look: () => "words",
+      look: () => "whole-words",
       cell: one => (
         <>
           <Glyph kind={one.online ? GLYPH[one.health] : "offline"} />{" "}

@@ -124,7 +124,7 @@ function Parts({ parts, chosen }: { parts: readonly Part[]; chosen: Part | undef
           >
             {NAMES()[part]}
             {part === "doctor" && failure + warning > 0 && (
-              <span class="tab-count">
+              <span class="count">
                 <Glyph kind={failure > 0 ? "failure" : "warning"} size={13} /> {failure || warning}
               </span>
             )}

@@ -4,22 +4,24 @@ import { connection } from "../bench/link";
 import { Resource } from "../bench/resource";
 import { Unread } from "./loaded";
 
-/**
- * A resource of a component: loaded when shown, with each connection and each change of `again`, and with `every_ms`
- * also polled while visible. A new `of` is a new resource.
- */
-export function useResource<T>(
-  look: () => Promise<T>,
-  again: unknown = null,
-  of: unknown = null,
-  every_ms: number | null = null,
-): Resource<T> {
+interface Options {
+  /** Load again when this changes. */
+  again?: unknown;
+  /** A change of this is a new resource. */
+  of?: unknown;
+  /** Poll at this interval while visible. */
+  every_ms?: number;
+}
+
+/** A resource of a component: loaded when shown and with each connection. */
+export function useResource<T>(look: () => Promise<T>, { again, of, every_ms }: Options = {}): Resource<T> {
   const newest = useRef(look);
   newest.current = look;
   const found = useMemo(() => new Resource<T>(() => newest.current()), [of]);
-  const round = connection.value;
+  // Polling requests with each connection by itself.
+  const round = every_ms === undefined ? connection.value : null;
   useEffect(() => {
-    if (every_ms !== null) return found.watch(every_ms).end;
+    if (every_ms !== undefined) return found.watch(every_ms).end;
     void found.load();
   }, [found, round, again, every_ms]);
   return found;

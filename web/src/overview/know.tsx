@@ -41,12 +41,11 @@ const SHOWN = 3;
 const POLL_MS = 3000;
 
 export function Know({ one }: { one: KnownServo }) {
-  const snapshots = useResource(
-    () => callApi("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
-    `${taken.value?.at} ${one.unsaved.length} ${one.state}`,
-    one.uid,
-    POLL_MS,
-  );
+  const snapshots = useResource(() => callApi("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }), {
+    again: `${taken.value?.at} ${one.unsaved.length} ${one.state}`,
+    of: one.uid,
+    every_ms: POLL_MS,
+  });
   return (
     <div class="o-know">
       <Panel>
@@ -177,12 +176,10 @@ function Unsaved({ one }: { one: KnownServo }) {
 }
 
 function LastRun({ one }: { one: KnownServo }) {
-  const list = useResource(
-    () => callApi("GET", "/runs", { query: { uid: one.uid, limit: 1 } }),
-    null,
-    one.uid,
-    POLL_MS,
-  );
+  const list = useResource(() => callApi("GET", "/runs", { query: { uid: one.uid, limit: 1 } }), {
+    of: one.uid,
+    every_ms: POLL_MS,
+  });
   const run = list.value.value?.[0];
   return (
     <Card title={words.run} path={pathOf("tune", one.uid)} link={words.toTune} testid="card-run" of={list}>
@@ -246,9 +243,7 @@ function FollowedProfile({ one, snapshots }: { one: KnownServo; snapshots: Resou
       name === ""
         ? null
         : callApi("GET", "/compare", { query: { left: `servo:${one.uid}`, right: `profile:${name}` } }),
-    `${name} ${one.unsaved.length} ${one.state}`,
-    one.uid,
-    POLL_MS,
+    { again: `${name} ${one.unsaved.length} ${one.state}`, of: one.uid, every_ms: POLL_MS },
   );
   const found = compared.value.value;
   // Rows outside the profile belong to the servo.
@@ -287,12 +282,11 @@ function FollowedProfile({ one, snapshots }: { one: KnownServo; snapshots: Resou
 const HISTORY = 4;
 
 function History({ one }: { one: KnownServo }) {
-  const list = useResource(
-    () => callApi("GET", "/audit", { query: { uid: one.uid, limit: HISTORY } }),
-    `${one.unsaved.length} ${one.state} ${one.label} ${taken.value?.at} ${written.value}`,
-    one.uid,
-    POLL_MS,
-  );
+  const list = useResource(() => callApi("GET", "/audit", { query: { uid: one.uid, limit: HISTORY } }), {
+    again: `${one.unsaved.length} ${one.state} ${one.label} ${taken.value?.at} ${written.value}`,
+    of: one.uid,
+    every_ms: POLL_MS,
+  });
   const found = list.value.value;
   return (
     <Card

@@ -60,7 +60,7 @@ function Recordings() {
   const round = connection.value;
   // The event reports a recording when its file is complete, some time after the recorder has finished it.
   const written = events.value.find(one => WRITTEN.has(one.code))?.at;
-  const list = useResource(() => callApi("GET", "/recorder/recordings"), written);
+  const list = useResource(() => callApi("GET", "/recorder/recordings"), { again: written });
   const load = () => void list.load();
   useEffect(() => state.watch(LOOK_MS).end, [round]);
   const found = list.value.value;

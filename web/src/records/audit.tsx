@@ -39,7 +39,7 @@ export function Audit() {
   const seen = useSignal<readonly string[]>([]);
   const filters = { uid: uid.value || null, key: key.value || null, action: action.value || null };
   const query = queryOf(filters);
-  const list = useResource(() => callApi("GET", "/audit", { query: filters }), query);
+  const list = useResource(() => callApi("GET", "/audit", { query: filters }), { again: query });
   const found = list.value.value;
   // Actions are codes of the server: those seen so far can be selected.
   useEffect(() => {

@@ -150,8 +150,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
       callApi("GET", "/compare", {
         query: { left: `snapshot:${one.id}`, right: side.value, identity: true },
       }),
-    null,
-    side.value,
+    { of: side.value },
   );
   const profiles = useResource(() => callApi("GET", "/profiles"));
   const ticked = useSignal<ReadonlySet<string>>(new Set());

@@ -18,7 +18,7 @@ import "./site.css";
 const INVENTORY_MS = 5000;
 
 export function SitePage() {
-  const inventory = useResource(() => callApi("GET", "/inventory"), null, null, INVENTORY_MS);
+  const inventory = useResource(() => callApi("GET", "/inventory"), { every_ms: INVENTORY_MS });
   useEffect(() => watchSite().end, []);
   useEffect(() => watchDoctor().end, []);
   const known = benches.value.value;
